@@ -58,7 +58,7 @@ struct SceneView {
     /// Returns a function for Pass::kernel() that binds the scene's tables. Tables of triangles are those of emitters
     /// if geometry is loaded in pages.
     std::function<void(graph::Resources&, const gpu::Program&)> bind_scene() const;
-    /// Returns one that binds the tables of triangles that were hit instead.
+    /// Returns a function like bind_scene(), with the tables of triangles that rays have hit.
     std::function<void(graph::Resources&, const gpu::Program&)> bind_hits() const;
     /// Declares that the kernel of a pass reads the frame constants, and with path_defines() the pixels of paths.
     void read_frame(graph::Pass& pass) const;

@@ -264,7 +264,7 @@ class Cutter {
     // Per corner:
     std::vector<std::uint64_t> counted_at_;  // call of fits() that counted it last
     std::vector<std::uint32_t> page_of_;     // last page that has it
-    std::vector<std::uint32_t> place_of_;    // vertex of that page
+    std::vector<std::uint32_t> place_of_;    // number of the corner's vertex in that page
     std::uint64_t counts_ = 0;               // calls of fits()
     PageSet set_;
 };

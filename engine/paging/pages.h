@@ -86,7 +86,7 @@ struct PageIndex {
     std::vector<MeshRange> ranges;     // TraceTables::ranges
     // Numbers of the instances without triangles among those that do not move, ascending. A scene in memory has none.
     std::vector<std::uint32_t> empty;
-    AbsentGeometry geometry;  // facts about triangles and vertices, without AbsentGeometry::attributes
+    AbsentGeometry geometry;  // facts about triangles and vertices; AbsentGeometry::attributes is empty
     bool alpha = false;       // TraceTables::alpha_tested
     bool one_sided = false;   // TraceTables::one_sided
     bool panes = false;       // TraceTables::panes

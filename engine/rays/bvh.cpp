@@ -78,7 +78,8 @@ void* create_leaf(RTCThreadLocalAllocator allocator, const RTCBuildPrimitive* pr
     auto* const ids = reinterpret_cast<std::uint32_t*>(leaf + 1);
     std::transform(primitives, primitives + count, ids, [](const RTCBuildPrimitive& p) { return p.primID; });
     std::sort(ids, ids + count);
-    leaf->primitive_count = static_cast<std::uint32_t>(std::unique(ids, ids + count) - ids);  // parts of one pair
+    leaf->primitive_count =
+        static_cast<std::uint32_t>(std::unique(ids, ids + count) - ids);  // several parts may belong to one pair
     static_cast<Building*>(building)->primitives += leaf->primitive_count;
     return leaf;
 }

@@ -19,7 +19,7 @@ graph::BufferHandle occlusion_by_catchers(graph::Graph& graph, const SceneView& 
     batch.rays = pass.write(batch.rays, Access::storage_read_write, "ShadowRays");
     batch.catchers_only = true;
     pass.execute([view, rays = batch.capacity](graph::Resources& r) {
-        view.scene.bind();  // the table of triangles, which the tracer reads
+        view.scene.bind();  // binds the table of triangles, which the tracer reads
         const gpu::Program& program = r.compute("shaders/catcher_rays.comp", view.path_defines());
         program.set("paths", view.band.paths());
         program.dispatch(rays / 64);

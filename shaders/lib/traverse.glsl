@@ -39,8 +39,8 @@ const uint kStackDone = 0xffffffffu;
 #if HALFLIGHT_NODES_PAGE
 #include "shaders/lib/page_references.glsl"
 #else
-const uint kStackLeaf = kBvhTag | kBvhLeaf;        // entries below it are nodes
-const uint kStackBeyond = kBvhTag | kBvhInstance;  // entries below it are nodes and leaves
+const uint kStackLeaf = kBvhTag | kBvhLeaf;        // smaller entries of the stack are nodes
+const uint kStackBeyond = kBvhTag | kBvhInstance;  // smaller entries are nodes and leaves
 const uint kNoPlace = kBvhNoChild;
 const uint kStackLeaveBlock = 0x7fffffffu;  // entry that returns to the top level
 const uint kStackInstance = 0x70000000u;    // | instance; it is entered at the node below on the stack

@@ -60,7 +60,7 @@ struct View {
 enum class Denoising {
     off,
     preview,  // pictures of few samples, by Preview::filter
-    always,   // all pictures, as RenderSettings::denoise does
+    always,   // every picture, by RenderSettings::denoise
 };
 
 /// Values of options that are switched off. They return when the option is switched on again.

@@ -173,7 +173,7 @@ class GltfTest : public testing::Test {
     /// A change that makes a file invalid.
     struct Refusal {
         std::string pointer;
-        Json value;           // put at the pointer
+        Json value;           // new value at the pointer
         std::string element;  // start of the message
     };
     void expect_refused(const GltfBuilder& valid, std::initializer_list<Refusal> cases) const {
