@@ -65,7 +65,7 @@ PageSet build_pages(std::span<const rays::Corners> triangles, std::span<const st
 /// The part of a paged scene that stays in memory. Everything is relative to TraceTables::origin.
 struct PageIndex {
     struct Size {
-        std::uint32_t nodes = 0;  // with the roots
+        std::uint32_t nodes = 0;  // number of nodes, roots included
         std::uint32_t roots = 0;
         std::uint32_t pairs = 0;
         std::uint32_t vertices = 0;

@@ -110,7 +110,7 @@ void split_pair(const RTCBuildPrimitive* primitive, unsigned dimension, float po
                 RTCBounds* right, void* building) {
     const Ring& corner = static_cast<const Building*>(building)->pairs[primitive->primID];
     const auto axis = static_cast<int>(dimension);
-    Bounds sides[2], cut;  // cut: of the points where edges cross the plane
+    Bounds sides[2], cut;  // cut: bounds of the points where edges cross the plane
     static constexpr std::size_t kEdges[][2] = {{0, 1}, {1, 2}, {2, 3}, {3, 0}, {0, 2}};
     for (const auto& [from, to] : kEdges) {
         const vec3 &a = corner[from], &b = corner[to];

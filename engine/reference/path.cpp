@@ -202,7 +202,7 @@ void Path::add_lamps(const dvec3& from, const Bsdf::Sample& sample, double begin
 bool Path::follow(ReferenceRay ray, Surface& surface, const Bsdf::Sample& sample) {
     met_pane_ = false;
     const dvec3 from = surface.position;
-    double way = 0;  // from the surface to the last pane
+    double way = 0;  // length from the surface to the last pane
     while (const std::optional<ReferenceHit> hit = scene_.tracer.closest_hit(ray, alpha())) {
         add_lamps(from, sample, way, way + hit->t);
         surface = make_surface(scene_.tracer, *hit, -ray.direction);

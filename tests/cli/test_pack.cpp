@@ -89,7 +89,7 @@ TEST_F(Pack, RefusalsAreOneLine) {
         write_text(file("bad"), bad);
         return file("bad");
     };
-    refused(1, {"info", damaged(bytes.size() - 100)}, "bad: ");  // its index
+    refused(1, {"info", damaged(bytes.size() - 100)}, "bad: ");  // damages the index
     refused(1, {"info", file("a.pages"), "--needs"}, "a.pages: ");
     refused(1, {"info", kAtrium, "--check"}, "atrium.glb: ");
     done({"info", file("a.pages"), "--check"});
