@@ -92,7 +92,7 @@ float squares_of_triangle(int radius) {
 
 /// Light of a component without fireflies.
 struct CalmLight {
-    TextureHandle first, second;  // as in LightHalves
+    TextureHandle first, second;  // the members of LightHalves
     TextureHandle spread;         // rgb: light of fireflies over albedo, spread
     bool over_frames = false;     // means over frames; a of `spread` is the share of these means
 };

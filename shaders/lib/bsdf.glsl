@@ -1,5 +1,5 @@
-// The BSDF of shaders/SHADING.md: evaluation and sampling. A BSDF is made from a material if shaders/lib/material.glsl is
-// included before.
+// The BSDF of shaders/SHADING.md: evaluation and sampling. A BSDF is made from a material if shaders/lib/material.glsl
+// is included before.
 #include "shaders/lib/bsdf_record.glsl"
 #include "shaders/lib/layers.glsl"
 #include "shaders/lib/medium.glsl"
@@ -21,8 +21,8 @@ vec3 base_normal(Bsdf b, vec3 wo) {
     return !kGlossy || b.eta > 0.0 ? b.normal : reflecting_normal(b.normal, b.geometric_normal, wo);
 }
 
-// Returns the reflectance below the coat, with the Fresnel terms of normal incidence. The factors of rough lobes contain
-// the gain for multiple scattering, so they are multiplied by the lobe's albedo. Only a film may exceed 1.
+// Returns the reflectance below the coat, with the Fresnel terms of normal incidence. The factors of rough lobes
+// contain the gain for multiple scattering, so they are multiplied by the lobe's albedo. Only a film may exceed 1.
 vec3 reflectance(Bsdf b, vec3 wo) {
     precise vec3 sum = b.diffuse;  // terms of lobes that no material has must not change bits
     if (kDiffuseTransmission) sum += b.diffuse_through;
@@ -191,7 +191,7 @@ BsdfSample sample_glossy(Bsdf b, vec3 wo, vec2 xi, float choice) {
         float split = clamp((choice - b.p_coat) / b.p_transmission, 0.0, 1.0);
         vec3 facet = mirror ? n : basis * h;
         wi = solid_direction(b, wo, facet, split, refracted);
-        // Mirrors that would send light to the wrong side of the surface do without their shading normal.
+        // A mirror whose shading normal would send light to the wrong side of the surface uses the geometric normal.
         if (mirror && (dot(wi, b.geometric_normal) < 0.0) != refracted)
             wi = solid_direction(b, wo, b.geometric_normal, split, refracted);
         float away = refracted ? -1.0 : 1.0;

@@ -83,7 +83,7 @@ float make_met_pane(inout Bsdf b) {
     vec3 straight = straight_transmission(b);
     float scale = 1.0 / (1.0 - pane_chance(straight));
     if (straight != vec3(0.0)) {
-        float others = 1.0 - b.p_transmission;  // of the glossy lobes
+        float others = 1.0 - b.p_transmission;  // probability of the other glossy lobes
         b.transmission = vec3(0.0);
         b.p_transmission = 0.0;
         b.p_coat = others > 0.0 ? min(b.p_coat / others, 1.0) : 0.0;

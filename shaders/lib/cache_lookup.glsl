@@ -62,7 +62,7 @@ struct CacheFind {
     uint count;  // number of samples in the cell
 };
 
-// Finds a key's cell. No cell is fed meanwhile, so that all searches agree. The search ends at a free cell. Where cells
+// Finds a key's cell. No cell is fed meanwhile, so that all searches agree. The search ends at a free cell. If cells
 // before it have been freed, a key gets another cell, and its old one is not found any more.
 CacheFind find_cell(CacheKey k) {
     CacheFind found = CacheFind(kNoCacheCell, kNoCacheCell, 0u);
@@ -113,7 +113,7 @@ bool find_cells(vec3 position, vec3 normal, int finest, float choice, inout Cach
     return false;
 }
 
-// Returns the shortest cell of the `levels` finest ones that has enough samples; kNoCacheCell where none has.
+// Returns the shortest cell of the `levels` finest ones that has enough samples; kNoCacheCell if none has.
 uint known_cell(vec3 position, vec3 normal, int finest, int levels) {
     uint known = kNoCacheCell;
     for (int level = 0; level < levels && known == kNoCacheCell; ++level) {

@@ -88,7 +88,7 @@ vec3 multiple_scattering_gain(vec3 f0, float albedo) {
 }
 
 // Bends a normal n just enough for the mirror direction of wo to lie above the horizon (SHADING.md, Shading normals).
-// Other normals are returned bit for bit, and so are all of them where the horizon is 0. Precondition: dot(n, wo) > 0 and
+// Other normals are returned bit for bit, and so are all of them if the horizon is 0. Precondition: dot(n, wo) > 0 and
 // dot(horizon, wo) >= 0.
 vec3 reflecting_normal(vec3 n, vec3 horizon, vec3 wo) {
     vec3 mirrored = 2.0 * dot(n, wo) * n - wo;
@@ -159,7 +159,8 @@ float sheen_share(Layers l, float albedo) {
     return share;
 }
 
-// Returns the share of light that the layers leave to the base. The base's albedo for wo is this share times a constant.
+// Returns the share of light that the layers leave to the base. The base's albedo for wo is this share times a
+// constant.
 float base_share(Layers l, vec3 wo) {
     precise float share = 1.0;
     if (kGlossy) share = specular_share(l, specular_albedo(l, wo));

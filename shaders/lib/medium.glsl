@@ -27,7 +27,7 @@ vec4 medium_towards(Bsdf b, vec4 before, vec3 direction) {
     return medium;
 }
 
-// Returns the transmittance of a distance (Beer-Lambert). It is 0 where a float has no bits for it.
+// Returns the transmittance of a distance (Beer-Lambert). It is 0 if a float has no bits for it.
 vec3 transmittance(vec4 medium, float distance) {
     return endless_way(medium) > 0.0 ? exp(-min(medium.rgb * distance, vec3(100.0))) : vec3(1.0);
 }

@@ -14,8 +14,8 @@ struct NextEvent {
 
 bool contributes(vec3 radiance) { return any(notEqual(radiance, vec3(0.0))); }  // Returns true for NaN, too.
 
-// Weights a light sample. Each of `count` such samples has this weight in the sum of all techniques' samples. `before` is
-// the medium on wo's side.
+// Weights a light sample. Each of `count` such samples has this weight in the sum of all techniques' samples. `before`
+// is the medium on wo's side.
 NextEvent event_of(LightSample light, vec3 position, float offset, Bsdf b, vec3 wo, vec4 before, uint count) {
     BsdfValue f = evaluate_bsdf(b, wo, light.direction);
     bool delta = light.pdf == 0.0;
@@ -106,7 +106,7 @@ NextEvent sample_sun_event(vec3 position, float offset, Bsdf b, vec3 wo, vec4 be
 const Ray kDeadRay = Ray(vec3(0.0), 1.0, vec3(1.0), 0.0);
 
 // Returns the MIS weight of light that a sampled ray hits. `pdf` is the ray's density within its component times the
-// component's probability (0: delta). The weight is 1 where only one of both techniques can find the light.
+// component's probability (0: delta). The weight is 1 if only one of both techniques can find the light.
 float met_light_weight(float pdf, float light_density) {
     return pdf == 0.0 || light_density == 0.0 ? 1.0 : power_heuristic(pdf, light_density);
 }

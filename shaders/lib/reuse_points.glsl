@@ -37,7 +37,7 @@ ReusePoint load_point(uint path) {
 
 const uint kAllLight = 0u;
 
-// Returns the complete ReusePoint::light; 0 where the path has no such vertex. part: kAllLight, or 1 + a light group,
+// Returns the complete ReusePoint::light; 0 if the path has no such vertex. part: kAllLight, or 1 + a light group,
 // which gives its part of the light.
 vec3 given_light(uint path, uint part) {
     PathState state = load_state(path);

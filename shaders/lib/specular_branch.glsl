@@ -6,11 +6,11 @@ struct SpecularBranch {
     vec3 direction;  // unit length
     vec3 weight;     // share of the light from `direction` that is reflected or transmitted; 0: the chain ends here
     vec3 rest;       // reflectance of all other lobes
-    vec3 facet;      // normal of the mirror; 0 where light passes
+    vec3 facet;      // normal of the mirror; 0 if light passes
 };
 
-// Returns the strongest branch of a surface, which has to outweigh all others together. xi: sample of the microfacet,
-// as of the path. others: reflectance of the lobes that are not glossy.
+// Returns the strongest branch of a surface, which has to outweigh all others together. xi: the numbers by which the
+// path samples its microfacet. others: reflectance of the lobes that are not glossy.
 SpecularBranch specular_branch(Bsdf b, vec3 wo, vec2 xi, vec3 others) {
     SpecularBranch s = SpecularBranch(vec3(0.0, 0.0, 1.0), vec3(0.0), others, vec3(0.0));
     if (!kGlossy) return s;

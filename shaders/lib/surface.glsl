@@ -12,7 +12,7 @@ struct Surface {
     vec3 geometric_normal;  // n_g: unit length, on the side of wo
     float offset;           // distance along n_g at which new rays start (offset_ray_origin())
     vec3 normal;            // interpolated, unit length, on the side of n_g; neither normal-mapped nor bent
-    vec3 smooth_normal;     // of the smooth surface that the vertex normals suggest, unit length, on the side of n_g
+    vec3 smooth_normal;     // normal of the smooth surface that the vertex normals suggest, unit length, on the side of n_g
     float lift;             // height of the smooth surface above the triangle, >= 0. It is 0 where vertex normals are
                             // on both sides of the triangle.
     uint material;

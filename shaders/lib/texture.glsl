@@ -137,7 +137,7 @@ vec4 data_texel(int index) {
     return texelFetch(data_texels, index);
 }
 
-// Returns linear colour and alpha; 1 where the slot is empty.
+// Returns linear colour and alpha; 1 if the slot is empty.
 vec4 color_texture(uint descriptor, vec2 uv0, vec2 uv1) {
     if (descriptor == kNoTexture) return vec4(1.0);
     TexelFootprint f = texture_footprint(descriptor, uv0, uv1, kColorTileShift);
@@ -145,7 +145,7 @@ vec4 color_texture(uint descriptor, vec2 uv0, vec2 uv1) {
                            color_texel(f.texel.w));
 }
 
-// Returns data in [0, 1]; 1 where the slot is empty.
+// Returns data in [0, 1]; 1 if the slot is empty.
 vec4 data_texture(uint descriptor, vec2 uv0, vec2 uv1) {
     if (descriptor == kNoTexture) return vec4(1.0);
     TexelFootprint f = texture_footprint(descriptor, uv0, uv1, kDataTileShift);

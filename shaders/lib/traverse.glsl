@@ -39,8 +39,8 @@ const uint kStackDone = 0xffffffffu;
 #if HALFLIGHT_NODES_PAGE
 #include "shaders/lib/page_references.glsl"
 #else
-const uint kStackLeaf = kBvhTag | kBvhLeaf;        // entries below it are nodes
-const uint kStackBeyond = kBvhTag | kBvhInstance;  // entries below it are nodes and leaves
+const uint kStackLeaf = kBvhTag | kBvhLeaf;        // smaller entries of the stack are nodes
+const uint kStackBeyond = kBvhTag | kBvhInstance;  // smaller entries are nodes and leaves
 const uint kNoPlace = kBvhNoChild;
 const uint kStackLeaveBlock = 0x7fffffffu;  // entry that returns to the top level
 const uint kStackInstance = 0x70000000u;    // | instance; it is entered at the node below on the stack
@@ -62,8 +62,8 @@ uint triangle_id(uint triangle) { return texelFetch(triangle_ids, int(triangle))
 uint triangle_id(uint triangle) { return triangle; }
 #endif
 
-// Constants of a ray for its entry into the boxes of triangles, per axis of TriangleRay::axes.xy. Along axes.z, t itself
-// is no earlier than the entry but for rounding, which the slack of nodes covers.
+// Constants of a ray for its entry into the boxes of triangles, per axis of TriangleRay::axes.xy. Along axes.z, t
+// itself is no earlier than the entry but for rounding, which the slack of nodes covers.
 struct EntryRay {
     vec2 inverse;  // inverse direction
     vec2 error;    // bound of the error of t; a quarter of the slack of nodes, which have more roundings
@@ -179,7 +179,7 @@ PlaceHit intersect_place(TriangleRay ray, EntryRay entry, int place, uint instan
 // hits, and call traverse_from(). They may need HALFLIGHT_STACK_MORE entries in addition to a traversal's. They may
 // also push kStackInstance above a node of its block; the node's stack_near is then kBvhFar.
 uint stack[HALFLIGHT_STACK + HALFLIGHT_STACK_MORE];
-// Any hits need no entries, but llvmpipe searches for them half as fast where entries are not kept.
+// Any hits need no entries, but llvmpipe searches for them half as fast if entries are not kept.
 int stack_near[HALFLIGHT_STACK + HALFLIGHT_STACK_MORE];  // entry of the ray; bits of a float >= 0, like all `near`
 
 // Pushes the met children, from place `first` of their order on.
@@ -198,9 +198,9 @@ uint nodes_visited = 0u;  // inner nodes, with four boxes each
 #endif
 
 #if HALFLIGHT_NODES_PAGE
-// References to missing pages have the root of a subtree (engine/paging/page_pool.h). A ray has an order of subtrees: by
-// its entry, or 0 for any_hit, and then by root. Of the missing ones that a traversal meets, the first one is kept that
-// is not before `searched`.
+// References to missing pages have the root of a subtree (engine/paging/page_pool.h). A ray has an order of subtrees:
+// by its entry, or 0 for any_hit, and then by root. Of the missing ones that a traversal meets, the first one is kept
+// that is not before `searched`.
 uvec2 searched = uvec2(0u);  // entry and root; earlier traversals have searched all subtrees before it
 uvec2 first_missing = uvec2(uint(kBvhFar), kMiss);
 
@@ -222,7 +222,7 @@ Hit no_hit() { return Hit(intBitsToFloat(kBvhFar), 0.0, 0.0, kMiss, kMiss); }
 // Returns the nearest hit among the subtrees of the lowest `entries` of the stack, and `known`, an earlier hit or
 // no_hit().
 // - any_hit (a constant): stops at the first hit found, of which only `triangle != kMiss` is valid.
-// - t is NaN where the driver ended the traversal early.
+// - t is NaN if the driver ended the traversal early.
 // - alpha_key: ray_key() of shaders/lib/hash.glsl; unused without HALFLIGHT_ALPHA.
 //
 // Software drivers execute both sides of a branch, and the body of a loop once before they detect that no invocation

@@ -47,7 +47,7 @@ TEST_F(ShadingVariants, Compile) {
     for (const SceneNeed& need : known_scene_needs()) {
         SceneNeeds one;
         one.*need.flag = true;
-        one.punctual_lights = one.punctual_lights || one.every_light;  // which only scenes with lights need
+        one.punctual_lights = one.punctual_lights || one.every_light;  // only scenes with lights need every_light
         variants.push_back(united(one, {}));
     }
     for (const bool map : {false, true}) {
