@@ -225,4 +225,10 @@ std::uint64_t mesa_cache_bytes() {
     return bytes;
 }
 
+void wait_for_mesa_code(std::uint64_t before, std::chrono::steady_clock::time_point finished) {
+    constexpr std::chrono::milliseconds kMost{15};
+    while (mesa_cache_bytes() == before && std::chrono::steady_clock::now() < finished + kMost)
+        std::this_thread::sleep_for(std::chrono::microseconds(200));
+}
+
 }  // namespace halflight::gpu

@@ -2,6 +2,7 @@
 // signal, wait forever, or render wrong pictures. Programs prepare their process; the library only checks its host.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -34,5 +35,10 @@ std::string reason_against_driver(std::string_view renderer, std::string_view ve
 bool mesa_keeps_code();
 /// Returns a counter of the bytes in that cache, which Mesa raises once an entry is on disk.
 std::uint64_t mesa_cache_bytes();
+/// Waits until the machine code of a program is on disk, where other contexts find it. before: mesa_cache_bytes() when
+/// its first dispatch had ended, at the time `finished`. Mesa 22 to 25 write it on a thread of their own after the
+/// dispatch and have no call that waits for it, so this watches the counter, for 15 ms at most. Other entries raise the
+/// counter, too, and so does a write before the counter was read: the caller then compiles again, or waits in vain.
+void wait_for_mesa_code(std::uint64_t before, std::chrono::steady_clock::time_point finished);
 
 }  // namespace halflight::gpu

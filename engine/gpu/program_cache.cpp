@@ -83,7 +83,7 @@ class ProgramCache::Ahead {
         item->state = State::taken;
         std::unique_ptr<Program> program = std::move(item->program);
         lock.unlock();
-        if (program) wait_for_code(*item);
+        if (program) wait_for_mesa_code(item->cached, item->finished);
         return program;
     }
 
@@ -97,16 +97,6 @@ class ProgramCache::Ahead {
         std::chrono::steady_clock::time_point finished{};
         std::uint64_t cached = 0;  // mesa_cache_bytes() at that time
     };
-
-    /// Waits until the machine code of a program is on disk, where the caller's context finds it. Mesa writes it on a
-    /// thread of its own after the dispatch and has no call that waits for it, so this watches Mesa's counter. Other
-    /// entries raise the counter, too, and the caller then compiles again. A write before the counter was read costs
-    /// kMost.
-    static void wait_for_code(const Item& item) {
-        constexpr std::chrono::milliseconds kMost{15};
-        while (mesa_cache_bytes() == item.cached && std::chrono::steady_clock::now() < item.finished + kMost)
-            std::this_thread::sleep_for(std::chrono::microseconds(200));
-    }
 
     /// Returns whether this thread is to compile the item.
     bool claim(Item& item) {

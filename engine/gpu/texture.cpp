@@ -182,7 +182,7 @@ void Texture::clear(float r, float g, float b, float a) {
     assert(info.kind != TexelKind::integer);
     const std::array value{r, g, b, a};
     if (info.kind == TexelKind::depth) {
-        // At its first call in a process, Mesa fills a table of functions without a lock, though all contexts use it.
+        // At its first call in a process, Mesa 22.3 fills a table of functions without a lock, though all contexts use it.
         static std::mutex filling;
         const std::lock_guard lock(filling);
         glClearTexImage(id(), 0, GL_DEPTH_COMPONENT, GL_FLOAT, value.data());
