@@ -9,6 +9,8 @@ layout(binding = kUnitTriangles) uniform usamplerBuffer scene_triangles;
 layout(binding = kUnitPositions) uniform samplerBuffer scene_positions;
 layout(binding = kUnitVertices) uniform samplerBuffer scene_vertices;
 
+const bool kInstances = HALFLIGHT_INSTANCES != 0;  // the scene has instances, each with a matrix
+
 // Returns a row of TraceTables::triangles: three vertex indices and the word of flags and material.
 uvec4 triangle_row(uint triangle) { return texelFetch(scene_triangles, int(triangle)); }
 uvec3 triangle_corners(uint triangle) { return triangle_row(triangle).xyz; }
@@ -25,22 +27,16 @@ vec4 instance_row(uint instance, int first, int row) {
 
 // Returns whether the transform of an instance mirrors.
 bool mirrors(uint instance) {
-#if HALFLIGHT_INSTANCES
+    if (HALFLIGHT_INSTANCES == 0) return false;
     vec3 x = instance_row(instance, kInstanceBlockToWorld, 0).xyz, y = instance_row(instance, kInstanceBlockToWorld, 1).xyz;
     return dot(cross(x, y), instance_row(instance, kInstanceBlockToWorld, 2).xyz) < 0.0;
-#else
-    return false;
-#endif
 }
 
 // Transforms a position to world space relative to the tables' origin.
 vec3 block_to_world(uint instance, vec3 position) {
-#if HALFLIGHT_INSTANCES
+    if (HALFLIGHT_INSTANCES == 0) return position;
     vec4 p = vec4(position, 1.0);
     return vec3(dot(instance_row(instance, kInstanceBlockToWorld, 0), p),
                 dot(instance_row(instance, kInstanceBlockToWorld, 1), p),
                 dot(instance_row(instance, kInstanceBlockToWorld, 2), p));
-#else
-    return position;
-#endif
 }

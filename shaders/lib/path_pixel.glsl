@@ -2,29 +2,27 @@
 // of pixels and the sample of 256 paths each.
 #include "shaders/shared/frame_block.h"
 #include "shaders/shared/pixel_order.h"
-
-#if HALFLIGHT_SAMPLED_BLOCKS
 #include "shaders/shared/sampled_block.h"
-uniform usamplerBuffer sampled_blocks;  // RGBA32UI: SampledBlock
+
+const bool kSampledBlocks = HALFLIGHT_SAMPLED_BLOCKS != 0;  // a list names the blocks
+uniform usamplerBuffer sampled_blocks;                      // RGBA32UI: SampledBlock
 
 SampledBlock sampled_block(uint path) {
     uvec4 texel = texelFetch(sampled_blocks, int(path >> 8));
     return SampledBlock(texel.x, texel.y, uintBitsToFloat(texel.zw));
 }
 // Returns the path of the band's own order that has the same pixel.
-uint path_in_band(uint path) { return (sampled_block(path).block << 8) | (path & 255u); }
+uint path_in_band(uint path) { return kSampledBlocks ? (sampled_block(path).block << 8) | (path & 255u) : path; }
 // Returns the constants of the path's own sample.
 Frame frame_of_path(Frame frame, uint path) {
-    SampledBlock block = sampled_block(path);
-    frame.sample_index = block.sample_and_half & ~kInFirstHalf;
-    frame.jitter = block.jitter;
-    frame.first_half = (block.sample_and_half & kInFirstHalf) != 0u ? 1u : 0u;
+    if (kSampledBlocks) {
+        SampledBlock block = sampled_block(path);
+        frame.sample_index = block.sample_and_half & ~kInFirstHalf;
+        frame.jitter = block.jitter;
+        frame.first_half = (block.sample_and_half & kInFirstHalf) != 0u ? 1u : 0u;
+    }
     return frame;
 }
-#else
-uint path_in_band(uint path) { return path; }
-Frame frame_of_path(Frame frame, uint path) { return frame; }
-#endif
 
 // Returns the pixel relative to the band's first row; it may be outside the picture.
 uvec2 pixel_in_band(Frame frame, uint path) {

@@ -12,9 +12,7 @@ struct PrimaryHit {
 float positive_up_to(float v, float largest) { return v > 0.0 ? min(v, largest) : 0.0; }  // Returns 0 for NaN.
 
 PrimaryHit primary_hit(Ray ray, uint triangle, uint instance) {
-#if HALFLIGHT_INSTANCES
-    ray = ray_in_block(ray, instance);
-#endif
+    if (HALFLIGHT_INSTANCES != 0) ray = ray_in_block(ray, instance);
     uvec3 corner = triangle_corners(triangle);
     vec3 a = corner_position(corner.x), b = corner_position(corner.y), c = corner_position(corner.z);
     TriangleHit exact = intersect_triangle(triangle_ray(ray.origin, ray.direction), a, b, c);

@@ -51,14 +51,12 @@ PrimarySearch search_seen(Frame frame, ivec2 pixel, Ray ray, uint alpha_key) {
                             (p.hit.instance == nearest.instance && p.hit.triangle < nearest.triangle);
             bool nearer = !met || p.hit.t < nearest.t || (p.hit.t == nearest.t && wins_tie);
             nearer = nearer && seen.x != 0u && p.met && p.hit.t > ray.t_min;
-#if HALFLIGHT_CULL_SEEN
-            uint word = triangle_row(max(seen.x, 1u) - 1u).w;
-            bool mirrored = (word & kTriangleMirrored) != 0u;
-            nearer = nearer && ((word & kTriangleOneSided) == 0u || p.back == mirrored);
-#endif
-#if HALFLIGHT_ALPHA
+            if (HALFLIGHT_CULL_SEEN != 0) {
+                uint word = triangle_row(max(seen.x, 1u) - 1u).w;
+                bool mirrored = (word & kTriangleMirrored) != 0u;
+                nearer = nearer && ((word & kTriangleOneSided) == 0u || p.back == mirrored);
+            }
             nearer = nearer && alpha_accept(p.hit.triangle, p.hit.triangle, p.hit.instance, p.hit.u, p.hit.v, alpha_key);
-#endif
             if (nearer || first) nearest = p.hit;
             met = met || nearer;
             first = false;

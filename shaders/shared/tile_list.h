@@ -30,10 +30,6 @@ HALFLIGHT_SHARED_CONST int kTileFloatBoxTexels = 2;  // texels of a box in the f
 HALFLIGHT_SHARED_CONST int kTileBoxes = 1;           // number of boxes of an entry
 HALFLIGHT_SHARED_CONST int kTileInstanceBoxes = 3;   // number of boxes of an entry with instances
 HALFLIGHT_SHARED_CONST uint kNoInstance = 0xffffffffu;
-#ifndef __cplusplus
-const int kTileRays = HALFLIGHT_TILE_RAYS;        // consecutive slots that share a list
-const int kTileEntries = HALFLIGHT_TILE_ENTRIES;  // maximum number of entries of a list
-#endif
 
 // Leaves that have ended shadow rays of a tile; they are tested first. Wrong ones only cost time.
 struct TileBlockers {
