@@ -7,8 +7,8 @@
 //   then          entries: leaves from the first place on, others from the last place back. Lists for closest hits are
 //                 sorted front to back, those for any hits are not sorted.
 //
-// An entry is a box with a word, which is a reference of shaders/shared/bvh_nodes.h. Other entries than leaves are nodes to
-// continue from, or instances.
+// An entry is a box with a word, which is a reference of shaders/shared/bvh_nodes.h. Other entries than leaves are
+// nodes to continue from, or instances.
 //   grid format   (lower | upper << 16 per axis, word), one texel
 //   float format  (lower, word), (upper, unused), two texels
 //
