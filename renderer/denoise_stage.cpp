@@ -33,6 +33,7 @@ DenoiseStage::DenoiseStage(gpu::ProgramCache& programs, const RenderSettings& se
                            const FrameNeeds& needs, const SceneNeeds& scene)
     : desc_{settings.width, settings.height, GL_RGBA32F}, executor_(programs) {
     executor_.measure(settings.measure);
+    executor_.compile_ahead(true);
     transparent_ = settings.transparent;
     if (settings.want_view) view_ = colors.view(settings.view);
     const bool direct = needs.shadow || needs.continuation, indirect = needs.continuation && bounces_of(settings) > 1;

@@ -1,8 +1,7 @@
 #include "renderer/frame.h"
 
 #include "passes/light/continuation.h"
-#include "passes/light/diffuse.h"
-#include "passes/light/glossy.h"
+#include "passes/light/first_scatter.h"
 #include "passes/light/radiance_cache.h"
 #include "passes/light/reuse.h"
 #include "passes/light/shadow.h"

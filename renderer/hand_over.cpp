@@ -25,8 +25,9 @@ void add_blend(graph::Graph& graph, gpu::Buffer& cached, float cached_weight, gp
     pass.read(graph.import_buffer("sums", others), Access::storage_read, "Unbiased");
     const graph::BufferHandle both = pass.write(graph.import_buffer("blended sums", to), Access::storage_write, "Both");
     const std::size_t values = to.bytes() / sizeof(double);
+    pass.kernel({"shaders/hand_over.comp"});
     pass.execute([=](graph::Resources& r) {
-        const gpu::Program& program = r.compute("shaders/hand_over.comp");
+        const gpu::Program& program = r.kernel();
         program.set("weight_biased", cached_weight);
         program.set("weight_unbiased", weight);
         program.set("values", static_cast<std::uint32_t>(values));

@@ -7,7 +7,7 @@
 #include "engine/rays/choice.h"
 #include "engine/rays/tracer.h"
 #include "engine/scene/material_properties.h"
-#include "passes/light/scatter.h"
+#include "passes/steps/paths.h"
 #include "passes/picture/denoiser.h"
 #include "passes/picture/shadow_catcher.h"
 #include "shaders/shared/albedo_coordinates.h"

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "engine/graph/compile.h"
+#include "passes/picture/denoiser.h"
 #include "shaders/shared/pixel_order.h"
 #include "shaders/shared/preview_constants.h"
 #include "shaders/shared/ray_structs.h"

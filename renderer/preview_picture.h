@@ -12,6 +12,7 @@
 #include "engine/scene/motion.h"
 #include "engine/settings/preview.h"
 #include "engine/tables/tables.h"
+#include "passes/preview/preview_texels.h"
 #include "passes/preview/temporal.h"
 #include "shaders/shared/aov_record.h"
 #include "shaders/shared/frame_block.h"

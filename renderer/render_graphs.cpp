@@ -5,7 +5,7 @@
 
 #include "engine/core/error.h"
 #include "engine/rays/batch_server.h"
-#include "passes/light/scatter.h"
+#include "passes/steps/paths.h"
 #include "passes/light/specular_chain.h"
 #include "passes/picture/aov.h"
 #include "renderer/band_size.h"

@@ -7,15 +7,11 @@
 layout(local_size_x = 64) in;
 
 layout(std140) uniform FrameBlock { Frame frame; };
-#if HALFLIGHT_LIGHT_SAMPLES
 uniform samplerBuffer light;         // RGBA32F: DirectLight, two texels each
 uniform usamplerBuffer occluded;     // R32UI: answers to shadow rays
 uniform usamplerBuffer by_catchers;  // R32UI: answers without the objects that are no catchers
-#if HALFLIGHT_SUN
 uniform usamplerBuffer sun_occluded;
 uniform usamplerBuffer sun_by_catchers;
-#endif
-#endif
 // Per path: light with all objects, light without those that are no catchers, number of samples on catchers, rgb of the
 // background behind these.
 layout(std430) buffer CatcherSums { double catcher_sums[]; };
@@ -26,33 +22,29 @@ layout(std430) buffer Counts { uint bad_values[kCountedPasses * kBadKinds]; };
 #include "shaders/lib/occlusion.glsl"
 #include "shaders/lib/surface_record.glsl"
 
-#if HALFLIGHT_LIGHT_SAMPLES
 // Returns the luminance of a light sample, given the answer to its shadow ray.
 double luminance_of_sample(int ray, uint answer) {
     vec3 arrives = guarded(answered_light(texelFetch(light, 2 * ray).rgb, answer), kCountShadow);
     return dot(dvec3(arrives), dvec3(kToLuminance));
 }
-#endif
 
 void main() {
     uint path = gl_GlobalInvocationID.x;
     SurfacePoint point = load_surface_point(path);
     dvec2 lit = dvec2(0.0);
-#if HALFLIGHT_LIGHT_SAMPLES
-    uint paths = gl_NumWorkGroups.x * 64u;
-    if (point.catches) {
+    if (HALFLIGHT_LIGHT_SAMPLES != 0 && point.catches) {
+        uint paths = gl_NumWorkGroups.x * 64u;
         for (uint i = 0u; i < HALFLIGHT_SHADOW_RAYS; ++i) {
             int ray = int(i * paths + path);
             lit.x += luminance_of_sample(ray, texelFetch(occluded, ray).x);
             lit.y += luminance_of_sample(ray, texelFetch(by_catchers, ray).x);
         }
-#if HALFLIGHT_SUN
-        int sun = int(HALFLIGHT_SHADOW_RAYS * paths + path);
-        lit.x += luminance_of_sample(sun, texelFetch(sun_occluded, int(path)).x);
-        lit.y += luminance_of_sample(sun, texelFetch(sun_by_catchers, int(path)).x);
-#endif
+        if (HALFLIGHT_SUN != 0) {
+            int sun = int(HALFLIGHT_SHADOW_RAYS * paths + path);
+            lit.x += luminance_of_sample(sun, texelFetch(sun_occluded, int(path)).x);
+            lit.y += luminance_of_sample(sun, texelFetch(sun_by_catchers, int(path)).x);
+        }
     }
-#endif
     vec3 background = guarded(point.catches ? point.emission : vec3(0.0), kCountGBuffer);
     uint first = path * 6u;
     ADD(catcher_sums[first], lit.x);

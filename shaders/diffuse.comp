@@ -1,3 +1,3 @@
 // Traces a ray of the diffuse component at first surfaces that select it.
-#define COMPONENT_GLOSSY 0
+const bool kGlossyRays = false;
 #include "shaders/first_scatter.glsl"

@@ -1,13 +1,11 @@
 // Kernel body shared by shaders/diffuse.comp and shaders/glossy.comp. It sends a ray from the first surface through the
-// component that COMPONENT_GLOSSY (0 or 1) names, where this component is picked.
+// component that kGlossyRays names, where this component is picked.
 #include "shaders/shared/frame_block.h"
 #include "shaders/shared/light.h"
 #include "shaders/shared/path_state.h"
 #include "shaders/shared/ray_structs.h"
 #include "shaders/scene_tables.glsl"
-#if HALFLIGHT_TEXTURE_LEVELS
 #include "shaders/lib/ray_cone.glsl"
-#endif
 
 layout(local_size_x = 64) in;
 
@@ -17,16 +15,9 @@ layout(std430) writeonly buffer PathRays { Ray path_rays[]; };
 layout(std430) writeonly buffer States { PathState states[]; };
 layout(std430) writeonly buffer List { uint list[]; };
 layout(std430) buffer Header { ListHeader header; };
-#if HALFLIGHT_RECEIVERS
-layout(std430) writeonly buffer Receivers { Receiver receivers[]; };
-#endif
-
-#if HALFLIGHT_TEXTURE_LEVELS
-layout(std430) writeonly buffer Cones { RayCone cones[]; };
-#endif
-#if HALFLIGHT_VOLUME
-layout(std430) writeonly buffer Media { vec4 media[]; };
-#endif
+OPTIONAL(HALFLIGHT_RECEIVERS) layout(std430) writeonly buffer Receivers { Receiver receivers[]; };
+OPTIONAL(HALFLIGHT_TEXTURE_LEVELS) layout(std430) writeonly buffer Cones { RayCone cones[]; };
+OPTIONAL(HALFLIGHT_VOLUME) layout(std430) writeonly buffer Media { vec4 media[]; };
 
 #include "shaders/lib/dimensions.glsl"
 #include "shaders/lib/offset.glsl"
@@ -44,38 +35,21 @@ void main() {
     vec2 choice = sample_2d(random, vertex_dimension(0u, kDimensionLobe));
     vec2 xi = sample_2d(random, vertex_dimension(0u, kDimensionDirection));
     bool is_diffuse = picks_diffuse(b, choice.x);
-#if COMPONENT_GLOSSY
-    BsdfSample s = sample_glossy(b, wo, xi, choice.y);
-    float p = 1.0 - b.p_diffuse;
-    bool wanted = point.is_surface && !is_diffuse && s.weight != vec3(0.0);
-    const uint lobe = kLobeGlossy;
-#else
-    BsdfSample s = sample_diffuse(b, wo, xi, choice.y);
-    float p = b.p_diffuse;
-    bool wanted = point.is_surface && is_diffuse && s.weight != vec3(0.0);
-    const uint lobe = kLobeDiffuse;
-#endif
-#if HALFLIGHT_FIRST_SCATTER
-    if (!wanted) states[path].lobe = kLobeNone;
-#endif
+    BsdfSample s = kGlossyRays ? sample_glossy(b, wo, xi, choice.y) : sample_diffuse(b, wo, xi, choice.y);
+    float p = kGlossyRays ? 1.0 - b.p_diffuse : b.p_diffuse;
+    bool wanted = point.is_surface && is_diffuse != kGlossyRays && s.weight != vec3(0.0);
+    const uint lobe = kGlossyRays ? kLobeGlossy : kLobeDiffuse;
+    if (HALFLIGHT_FIRST_SCATTER != 0 && !wanted) states[path].lobe = kLobeNone;
     uint place = append_path(wanted);
     if (wanted) {
         states[path] = PathState(s.weight / p, p * s.pdf, vec3(0.0), lobe, vec3(0.0), 0u, vec3(0.0), 0u);
-#if COMPONENT_GLOSSY && HALFLIGHT_BACKFACES
-        bool marked = s.pdf == 0.0;  // what the camera sees in a perfect mirror or through clear glass
-#else
-        const bool marked = false;
-#endif
+        // What the camera sees in a perfect mirror or through clear glass.
+        bool marked = kGlossyRays && HALFLIGHT_BACKFACES != 0 && s.pdf == 0.0;
         path_rays[path] = ray_from(point.position, point.offset, b.geometric_normal, s.direction, marked);
         list[place] = path;
-#if HALFLIGHT_TEXTURE_LEVELS
-        cones[path] = scattered_cone(camera_cone(frame), distance(point.position, primary_rays[path].origin), s.pdf);
-#endif
-#if HALFLIGHT_VOLUME
-        media[path] = medium_towards(b, vec4(0.0), s.direction);
-#endif
-#if HALFLIGHT_RECEIVERS
-        receivers[path] = Receiver(point.position, 0.0, b.geometric_normal, 0.0);
-#endif
+        if (kTextureLevels)
+            cones[path] = scattered_cone(camera_cone(frame), distance(point.position, primary_rays[path].origin), s.pdf);
+        if (kVolume) media[path] = medium_towards(b, vec4(0.0), s.direction);
+        if (HALFLIGHT_RECEIVERS != 0) receivers[path] = Receiver(point.position, 0.0, b.geometric_normal, 0.0);
     }
 }

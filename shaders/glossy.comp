@@ -1,3 +1,3 @@
 // Traces a ray of the glossy component at first surfaces that select it.
-#define COMPONENT_GLOSSY 1
+const bool kGlossyRays = true;
 #include "shaders/first_scatter.glsl"

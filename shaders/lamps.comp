@@ -19,9 +19,7 @@ uniform usamplerBuffer header;  // RGBA32UI: ListHeader
 layout(std430) readonly buffer States { PathState states[]; };
 layout(std430) readonly buffer Receivers { Receiver receivers[]; };  // origins of the rays
 layout(std430) writeonly buffer MetLamps { MetLamp met_lamps[]; };
-#if HALFLIGHT_VOLUME
 uniform samplerBuffer media;  // RGBA32F: media of the rays (medium_towards())
-#endif
 
 uniform uint depth;  // number of the vertex that the rays leave
 
@@ -44,7 +42,6 @@ struct Search {
     MetLamp kept;
 };
 
-#if HALFLIGHT_SIZED_LIGHTS
 SizedLight light_of_row(Search ray, int row) {
     return sized_light(ray.from.position, texelFetch(scene_lights, row), texelFetch(scene_lights, row + 1).xyz,
                        texelFetch(scene_lights, row + 2).y);
@@ -66,13 +63,11 @@ float distance_to(Search ray, SizedLight light, bool is_disc) {
 void meet(inout Search ray, int row, float way, float probability, uint group, float factor) {
     SizedLight light = light_of_row(ray, row);
     vec3 radiance = texelFetch(scene_lights, row + 3).rgb * light.radiance;
-#if HALFLIGHT_SPOT_LIGHTS
-    bool is_spot = light_kind(word_of_float(texelFetch(scene_lights, row).w)) == kLightSpot;
-    radiance *= is_spot ? spot_falloff(row, -ray.direction) : 1.0;
-#endif
-#if HALFLIGHT_VOLUME
-    radiance *= transmittance(ray.medium, isinf(way) ? endless_way(ray.medium) : way);
-#endif
+    if (kSpotLights) {
+        bool is_spot = light_kind(word_of_float(texelFetch(scene_lights, row).w)) == kLightSpot;
+        radiance *= is_spot ? spot_falloff(row, -ray.direction) : 1.0;
+    }
+    if (kVolume) radiance *= transmittance(ray.medium, isinf(way) ? endless_way(ray.medium) : way);
     vec3 more = ray.throughput * radiance *
                 met_light_weight(ray.pdf, factor * probability * density_of(light));
     float value = max(more.r, max(more.g, more.b));
@@ -83,15 +78,8 @@ void meet(inout Search ray, int row, float way, float probability, uint group, f
     if (taken) ray.kept = MetLamp(more / value, way, float_of_word(group), 0u, 0u, 0u);
 }
 
-uint group_of(uint light) {
-#if HALFLIGHT_LIGHT_GROUPS
-    return group_of_light(light);
-#else
-    return 0u;
-#endif
-}
+uint group_of(uint light) { return kLightGroups > 0u ? group_of_light(light) : 0u; }
 
-#if HALFLIGHT_LIGHT_TREE && HALFLIGHT_SIZED_LAMPS
 // Meets the balls of the light tree, whose nodes bound them. Returns whether the walk has come to its end.
 bool meet_lamps_of_tree(inout Search ray, float factor) {
     const uint kMostWaiting = 3u * (kLightTreeDepth / 2u) + 4u;
@@ -156,41 +144,18 @@ bool meet_lamps_of_tree(inout Search ray, float factor) {
     }
     return waiting == 0u && lights.x == kNoLight;
 }
-#endif
-#endif
 
-void main() {
-    uint entry = gl_GlobalInvocationID.x;
-    if (entry >= texelFetch(header, 0).w) return;
-    uint path = texelFetch(list, int(entry)).x;
-    Ray ray = load_ray(path);
-    Hit hit = load_hit(path);
-    bool is_miss = hit.triangle == kMiss;
-    Search s;
-    s.from = receivers[path];
-    s.direction = normalize(ray.direction);
-    s.limit = is_miss ? infinity() : finite(hit.t) ? hit.t * length(ray.direction) : 0.0;
-    s.pdf = states[path].pdf;
-    s.throughput = states[path].throughput;
-#if HALFLIGHT_VOLUME
-    s.medium = texelFetch(media, int(path));
-#endif
-    s.sum = 0.0;
-    s.kept = MetLamp(vec3(0.0), infinity(), float_of_word(0u), 0u, 0u, 0u);
-#if HALFLIGHT_SIZED_LIGHTS
-    s.number = sample_1d(path_sampler(frame, path),
+// Meets all lights with a size that the ray may meet.
+void find_lights(inout Search ray, uint path) {
+    ray.number = sample_1d(path_sampler(frame, path),
                          vertex_dimension(depth, kDimensionRoulette) + kDimensionsOfSizes);
-#if HALFLIGHT_FIRST_HIT
-    const float factor = float(HALFLIGHT_SHADOW_RAYS);  // event_of() has the same factor
-#else
-    const float factor = 1.0;
-#endif
+    const float factor = HALFLIGHT_FIRST_HIT != 0 ? float(HALFLIGHT_SHADOW_RAYS) : 1.0;  // as in event_of()
     uint lights = uint(textureSize(scene_lights) / kLightStride);
-#if HALFLIGHT_SUN && HALFLIGHT_SIZED_SUNS
-    int sun = int(lights - 1u) * kLightStride;
-    float way_to_sun = distance_to(s, light_of_row(s, sun), true);
-    if (way_to_sun >= 0.0) meet(s, sun, way_to_sun, 1.0, group_of(lights - 1u), 1.0);
-#endif
+    if (kSun && kSizedSuns) {
+        int sun = int(lights - 1u) * kLightStride;
+        float way_to_sun = distance_to(ray, light_of_row(ray, sun), true);
+        if (way_to_sun >= 0.0) meet(ray, sun, way_to_sun, 1.0, group_of(lights - 1u), 1.0);
+    }
     // Rows of lights with a size come last among those of points, spots and directional lights. The last one has their
     // number, without those that a light tree holds.
     uint end = lights - min(kSuns, lights);
@@ -205,16 +170,32 @@ void main() {
     for (; light < end; ++light) {
         int row = int(light) * kLightStride;
         bool is_disc = light_kind(word_of_float(texelFetch(scene_lights, row).w)) == kLightDirectional;
-        float way = distance_to(s, light_of_row(s, row), is_disc);
-        if (way >= 0.0) meet(s, row, way, texelFetch(scene_lights, row + 3).w, group_of(light), factor);
+        float way = distance_to(ray, light_of_row(ray, row), is_disc);
+        if (way >= 0.0) meet(ray, row, way, texelFetch(scene_lights, row + 3).w, group_of(light), factor);
     }
     bool finished = light == end;
-#if HALFLIGHT_LIGHT_TREE && HALFLIGHT_SIZED_LAMPS
-    finished = meet_lamps_of_tree(s, factor) && finished;
-#endif
+    if (kLightTree && HALFLIGHT_SIZED_LAMPS != 0) finished = meet_lamps_of_tree(ray, factor) && finished;
     // Drivers end long loops: llvmpipe after 65535 steps of all loops of a kernel. The NaN is counted later.
-    if (!finished) s.sum = not_a_number();
-#endif
+    if (!finished) ray.sum = not_a_number();
+}
+
+void main() {
+    uint entry = gl_GlobalInvocationID.x;
+    if (entry >= texelFetch(header, 0).w) return;
+    uint path = texelFetch(list, int(entry)).x;
+    Ray ray = load_ray(path);
+    Hit hit = load_hit(path);
+    bool is_miss = hit.triangle == kMiss;
+    Search s;
+    s.from = receivers[path];
+    s.direction = normalize(ray.direction);
+    s.limit = is_miss ? infinity() : finite(hit.t) ? hit.t * length(ray.direction) : 0.0;
+    s.pdf = states[path].pdf;
+    s.throughput = states[path].throughput;
+    if (kVolume) s.medium = texelFetch(media, int(path));
+    s.sum = 0.0;
+    s.kept = MetLamp(vec3(0.0), infinity(), float_of_word(0u), 0u, 0u, 0u);
+    if (kSizedLights) find_lights(s, path);
     s.kept.light *= s.sum;
     met_lamps[path] = s.kept;
 }

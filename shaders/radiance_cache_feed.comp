@@ -9,13 +9,9 @@ layout(std430) readonly buffer States { PathState states[]; };
 layout(std430) readonly buffer Points { CachePoint points[]; };
 layout(std430) buffer Cells { CacheCell cells[]; };
 layout(std430) buffer Counts { CacheCounts counts; };
-#if HALFLIGHT_PENDING
-layout(std430) readonly buffer Occluded { uint occluded[]; };
-#if HALFLIGHT_SUN
-layout(std430) readonly buffer SunOccluded { uint sun_occluded[]; };
-layout(std430) readonly buffer SunLight { vec4 sun_light[]; };
-#endif
-#endif
+OPTIONAL(HALFLIGHT_PENDING) layout(std430) readonly buffer Occluded { uint occluded[]; };
+OPTIONAL(HALFLIGHT_PENDING && HALFLIGHT_SUN) layout(std430) readonly buffer SunOccluded { uint sun_occluded[]; };
+OPTIONAL(HALFLIGHT_PENDING && HALFLIGHT_SUN) layout(std430) readonly buffer SunLight { vec4 sun_light[]; };
 
 uniform uint picture;  // number of the picture, as in CacheCell::used
 

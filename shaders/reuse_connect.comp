@@ -7,9 +7,7 @@
 #include "shaders/shared/path_state.h"
 #include "shaders/shared/ray_structs.h"
 #include "shaders/shared/reuse_groups.h"
-#if HALFLIGHT_LIGHT_GROUPS
 #include "shaders/geometry_tables.glsl"  // tables of triangle lights
-#endif
 #include "shaders/scene_tables.glsl"
 
 layout(local_size_x = 256) in;

@@ -4,9 +4,7 @@
 #include "shaders/shared/path_state.h"
 #include "shaders/shared/ray_structs.h"
 #include "shaders/shared/reuse_groups.h"
-#if HALFLIGHT_LIGHT_GROUPS
 #include "shaders/geometry_tables.glsl"  // tables of triangle lights
-#endif
 #include "shaders/scene_tables.glsl"
 
 layout(local_size_x = 256) in;
@@ -75,10 +73,8 @@ void main() {
     Bsdf b = load_bsdf(path);
     uint grouping = sample_grouping(frame.seed, frame.sample_index);
     receive(path, kAllLight, density, from, b, grouping);
-#if HALFLIGHT_LIGHT_GROUPS
-    for (uint part = 1u; part <= HALFLIGHT_LIGHT_GROUPS; ++part) {
+    for (uint part = 1u; part <= kLightGroups; ++part) {
         barrier();  // all invocations have read `given`
         receive(path, part, density, from, b, grouping);
     }
-#endif
 }

@@ -18,13 +18,9 @@ layout(std430) writeonly buffer Light { DirectLight light[]; };
 #include "shaders/lib/surface_record.glsl"
 
 void main() {
-#if HALFLIGHT_SUN_SAMPLES
-    const uint rays = 1u;
-    uint first_place = HALFLIGHT_SHADOW_RAYS * gl_NumWorkGroups.x * 64u;
-#else
-    const uint rays = HALFLIGHT_SHADOW_RAYS;
-    const uint first_place = 0u;
-#endif
+    const bool of_sun = HALFLIGHT_SUN_SAMPLES != 0;
+    const uint rays = of_sun ? 1u : uint(HALFLIGHT_SHADOW_RAYS);
+    uint first_place = of_sun ? HALFLIGHT_SHADOW_RAYS * gl_NumWorkGroups.x * 64u : 0u;
     uint ray = gl_GlobalInvocationID.x;
     uint paths = gl_NumWorkGroups.x * 64u / rays;
     uint path = ray % paths;
@@ -32,24 +28,21 @@ void main() {
     Bsdf b = load_bsdf(path);
     vec3 wo = -primary_rays[path].direction;
     Sampler random = path_sampler(frame, path);
-#if HALFLIGHT_SUN_SAMPLES
-    NextEvent e = sample_sun_event(point.position, point.offset, b, wo, vec4(0.0), random,
-                                   vertex_dimension(0u, kDimensionLight));
-#else
-    random.index = random.index * rays + ray / paths;
-    NextEvent e = sample_next_event(point.position, point.offset, b, wo, vec4(0.0), random,
-                                    vertex_dimension(0u, kDimensionLight), rays);
-    e.diffuse /= float(rays);
-    e.glossy /= float(rays);
-#endif
+    NextEvent e;
+    if (of_sun) {
+        e = sample_sun_event(point.position, point.offset, b, wo, vec4(0.0), random,
+                             vertex_dimension(0u, kDimensionLight));
+    } else {
+        random.index = random.index * rays + ray / paths;
+        e = sample_next_event(point.position, point.offset, b, wo, vec4(0.0), random,
+                              vertex_dimension(0u, kDimensionLight), rays);
+        e.diffuse /= float(rays);
+        e.glossy /= float(rays);
+    }
     bool receives = point.is_surface || point.catches;
     vec3 diffuse = receives ? e.diffuse : vec3(0.0);
     vec3 glossy = receives ? e.glossy : vec3(0.0);
-#if HALFLIGHT_LIGHT_GROUPS
-    float group = float_of_word(e.group);
-#else
-    const float group = 0.0;
-#endif
+    float group = kLightGroups > 0u ? float_of_word(e.group) : 0.0;
     light[first_place + ray] = DirectLight(diffuse, group, glossy, 0.0);
     bool wanted = receives && contributes(e.diffuse + e.glossy);
     if (!wanted) e.ray = kDeadRay;

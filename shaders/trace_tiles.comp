@@ -134,7 +134,7 @@ void main() {
                 if (h.nearer) {
                     nearest = h.hit;
                     found = true;
-                    if (kAlphaTests) again = h.alpha_tested;
+                    if (kAlpha) again = h.alpha_tested;
                     blocker = TileBlockers(first_word(entry_bit(i)), reference);
                     if (kAnyHit || again) {
                         place = end;

@@ -102,7 +102,7 @@ const ToneMap* tone_map_of(const ocio::Config& config, const std::string& displa
 }  // namespace
 
 ColorConfig ColorConfig::load(const std::optional<std::filesystem::path>& file) {
-    static std::once_flag once;  // the function is one for all threads, and OCIO has no lock for it
+    static std::once_flag once;  // all threads share OCIO's logging function, which no lock guards
     std::call_once(once, [] { ocio::SetLoggingFunction([](const char*) {}); });  // errors are thrown, not printed
     const char* const environment = std::getenv("OCIO");
     auto data = std::make_shared<Data>();

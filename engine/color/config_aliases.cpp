@@ -80,7 +80,7 @@ void check_aliases(const std::string& text) {
         std::istringstream stream(text);
         Counter counter;
         YAML::Parser(stream).HandleNextDocument(counter);  // OpenColorIO reads no others
-    } catch (const YAML::Exception&) {  // OpenColorIO reports it
+    } catch (const YAML::Exception&) {                     // OpenColorIO reports the error itself
     }
 }
 

@@ -55,9 +55,9 @@ class PreparedScene {
     /// false if the pose needs other shaders or buffers: renderers must then be made anew. Throws Error like the
     /// constructor. After a failed update, later updates and pictures of the scene throw Error, too.
     bool update(const Scene& scene);
-    /// Builds later poses with the tables and kernels that `needs` and this pose call for, and with lights that are
-    /// chosen alike, so that poses of one picture can share renderers. It changes the noise of pictures, not their
-    /// mean. None: poses have what they need by themselves.
+    /// Builds later poses with the tables and kernels that `needs` and this pose call for. Lights are then chosen
+    /// alike, and poses of one picture can share renderers. It changes the noise of pictures, not their mean. None:
+    /// poses have what they need by themselves.
     void share(const std::optional<SceneNeeds>& needs);
     /// Returns the needs of a pose of the scene, without taking it. Precondition: the scene has no pages.
     SceneNeeds needs_of(const Scene& scene) const;

@@ -60,7 +60,7 @@ gpu::Defines SceneView::path_defines() const {
     if (sampled_blocks) defines.set("HALFLIGHT_SAMPLED_BLOCKS");
     if (const rays::PassBacks of_paths = pass_backs(rays::RayKind::continuation); of_paths != rays::PassBacks::none)
         defines.set("HALFLIGHT_BACKFACES", static_cast<int>(of_paths));
-    if (light_groups > 0) defines.set("HALFLIGHT_LIGHT_GROUPS", std::to_string(light_groups) + "u");
+    if (light_groups > 0) defines.set("HALFLIGHT_LIGHT_GROUPS", light_groups);
     return defines;
 }
 

@@ -53,18 +53,18 @@ struct SceneView {
 
     /// Returns which rays of a batch pass back faces.
     rays::PassBacks pass_backs(rays::RayKind kind) const;
-    /// Returns whether the rays of a batch pass panes: shadow rays and scattered rays do (passes/light/panes.h).
+    /// Returns whether the rays of a batch pass panes: shadow rays and scattered rays do (passes/steps/panes.h).
     bool passes_panes(rays::RayKind kind) const;
     /// Returns a function for Pass::kernel() that binds the scene's tables. Tables of triangles are those of emitters
     /// if geometry is loaded in pages.
     std::function<void(graph::Resources&, const gpu::Program&)> bind_scene() const;
-    /// Returns one that binds the tables of triangles that were hit instead.
+    /// Returns a function like bind_scene(), with the tables of triangles that rays have hit.
     std::function<void(graph::Resources&, const gpu::Program&)> bind_hits() const;
     /// Declares that the kernel of a pass reads the frame constants, and with path_defines() the pixels of paths.
     void read_frame(graph::Pass& pass) const;
     /// Returns the defines of kernels that use the pixels of paths, shaders/lib/path_pixel.glsl, light groups, or
-    /// HALFLIGHT_BACKFACES: rays of paths are marked if they pass back faces, or with kEveryRay no light leaves
-    /// backs.
+    /// HALFLIGHT_BACKFACES. With the last one, rays of paths that pass back faces are marked, or with kEveryRay no
+    /// light leaves backs.
     gpu::Defines path_defines() const;
     /// Returns the defines of kernels that use camera rays.
     gpu::Defines camera_defines(gpu::Defines others = {}) const;

@@ -44,7 +44,7 @@ class PieceSize {
 
     double limit_;
     std::uint64_t groups_ = kFirst;
-    int settled_ = 0;  // timed pieces since the size was cut down, or grew by all that is allowed
+    int settled_ = 0;  // timed pieces since the size was last reduced, or grew as far as allowed
     int untimed_ = 0;  // pieces since the last timed one
 };
 

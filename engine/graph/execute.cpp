@@ -75,7 +75,8 @@ const gpu::Framebuffer& Resources::framebuffer(std::initializer_list<TextureHand
     return found->second;
 }
 
-const gpu::Program& Resources::bound(const gpu::Program& program) const {
+const gpu::Program& Resources::bound(const Kernel& kernel, const gpu::Program& program) {
+    if (kernel.bind) kernel.bind(*this, program);
     for (const Use& use : pass_.uses) {
         const auto& [name, format] = use.shader_name;
         if (name.empty()) continue;
@@ -108,23 +109,15 @@ const gpu::Program& Resources::bound(const gpu::Program& program) const {
     return program;
 }
 
-const gpu::Program& Resources::compute(const gpu::ShaderSource& source, const gpu::Defines& defines) {
-    return bound(executor_.programs_.compute(source, defines));
-}
-
-const gpu::Program& Resources::graphics(const gpu::ShaderSource& vertex, const gpu::ShaderSource& fragment,
-                                        const gpu::Defines& defines) {
-    return bound(executor_.programs_.graphics(vertex, fragment, defines));
-}
-
-const gpu::Program& Resources::bound_kernel(const gpu::Program& program) {
-    if (pass_.kernel->bind) pass_.kernel->bind(*this, program);
-    return bound(program);
+const gpu::Program& Resources::kernel(const Kernel& kernel) {
+    gpu::ProgramCache& programs = executor_.programs_;
+    return bound(kernel, kernel.fragment ? programs.graphics(kernel.source, *kernel.fragment, kernel.defines)
+                                         : programs.compute(kernel.source, kernel.defines));
 }
 
 const gpu::Program& Resources::kernel() {
     if (!pass_.kernel) throw Error("pass '" + pass_.name + "'", "has declared no kernel");
-    return bound_kernel(executor_.programs_.compute(pass_.kernel->source, pass_.kernel->defines));
+    return kernel(*pass_.kernel);
 }
 
 gpu::ProgramCache& Resources::programs() {
@@ -274,9 +267,9 @@ void Executor::run_pass(const CompiledGraph& graph, const PlannedPass& pass) {
 void Executor::start_ahead(const CompiledGraph& graph) {
     std::vector<gpu::ExpectedProgram> programs;
     for (const PlannedPass& pass : graph.passes)
-        if (pass.kernel)
+        if (pass.kernel && !pass.kernel->fragment)
             programs.push_back({pass.kernel->source, pass.kernel->defines, [&](const gpu::Program& program) {
-                                    Resources(*this, graph, pass).bound_kernel(program);
+                                    Resources(*this, graph, pass).bound(*pass.kernel, program);
                                 }});
     programs_.compile_ahead(std::move(programs));
 }

@@ -23,13 +23,11 @@ class Resources {
     gpu::Texture& texture(TextureHandle handle);
     /// Returns the framebuffer of textures that the pass declared as attachments; made once and kept.
     const gpu::Framebuffer& framebuffer(std::initializer_list<TextureHandle> colors, TextureHandle depth = {});
-    /// Returns the program with all resources bound that the pass declared with a shader name. Throws Error naming pass
-    /// and resource if the program does not declare the name.
-    const gpu::Program& compute(const gpu::ShaderSource& source, const gpu::Defines& defines = {});
-    const gpu::Program& graphics(const gpu::ShaderSource& vertex, const gpu::ShaderSource& fragment,
-                                 const gpu::Defines& defines = {});
-    /// Returns the program that the pass declared by Pass::kernel(), with its resources bound as by compute().
+    /// Returns the program that the pass declared by Pass::kernel(), with all resources bound that the pass declared
+    /// with a shader name. Throws Error naming pass and resource if the program does not declare the name.
     const gpu::Program& kernel();
+    /// Returns the program of another kernel, which is known when the pass runs only.
+    const gpu::Program& kernel(const Kernel& kernel);
     gpu::ProgramCache& programs();  ///< Serves passes that bind their resources themselves.
 
   private:
@@ -37,8 +35,7 @@ class Resources {
     Resources(Executor& executor, const CompiledGraph& graph, const PlannedPass& pass)
         : executor_(executor), graph_(graph), pass_(pass) {}
     std::uint32_t checked(std::uint32_t graph, std::uint32_t resource) const;
-    const gpu::Program& bound(const gpu::Program& program) const;
-    const gpu::Program& bound_kernel(const gpu::Program& program);
+    const gpu::Program& bound(const Kernel& kernel, const gpu::Program& program);
     Executor& executor_;
     const CompiledGraph& graph_;
     const PlannedPass& pass_;

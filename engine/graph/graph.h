@@ -127,12 +127,13 @@ struct Use {
 class Graph;
 class Resources;
 
-/// The kernel of a pass.
+/// The program of a pass: a compute kernel, or with `fragment` a vertex and a fragment shader.
 struct Kernel {
     gpu::ShaderSource source;
     gpu::Defines defines{};
     /// Binds the resources that Resources::kernel() does not bind by itself; may be empty.
     std::function<void(Resources&, const gpu::Program&)> bind{};
+    std::optional<gpu::ShaderSource> fragment{};
 };
 
 struct PassNode {
@@ -146,8 +147,8 @@ struct PassNode {
 /// A pass under construction. It is cheap to copy, and valid as long as its graph is not moved.
 class Pass {
   public:
-    /// Declares a read and returns the handle unchanged. Resources::compute() and graphics() bind the resource to
-    /// `shader_name`. Throws Error on a retired or unwritten version.
+    /// Declares a read and returns the handle unchanged. Resources::kernel() binds the resource to `shader_name`.
+    /// Throws Error on a retired or unwritten version.
     BufferHandle read(BufferHandle handle, Access access, const ShaderName& shader_name = {});
     TextureHandle read(TextureHandle handle, Access access, const ShaderName& shader_name = {});
     /// Declares a write and returns the next version. Throws Error on a retired version, on a `previous`, on an output,
@@ -156,7 +157,8 @@ class Pass {
     [[nodiscard]] TextureHandle write(TextureHandle handle, Access access, const ShaderName& shader_name = {});
     /// Keeps the pass although nothing reads its outputs, for passes that report to the outside.
     void keep();
-    /// Declares the compute program that the pass runs (Resources::kernel()), which can then be compiled ahead of time.
+    /// Declares the program that the pass runs (Resources::kernel()). Compute kernels can then be compiled ahead of
+    /// time.
     void kernel(Kernel kernel);
     void execute(std::function<void(Resources&)> function);
 

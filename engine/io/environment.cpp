@@ -20,7 +20,7 @@ namespace {
 
 /// Channels that may be the light.
 struct Light {
-    std::vector<std::string> channels;  // those to read as R, G, B
+    std::vector<std::string> channels;  // names of the channels to read as R, G, B
     std::string name{};                 // phrase that names the layer or part; empty: plain channels of the only part
     bool view = false;                  // the file has several views, and this is one
     /// Rank; the lowest is preferred. Plain channels come before named ones, and R, G, B before Y. Layers whose names

@@ -121,7 +121,8 @@ void Etc1sDecoder::decode_blocks(std::string_view slice, std::size_t columns, st
     BitReader bits(slice, subject_);
     SelectorHistory history(history_size_);
     const std::size_t first_of_history = selectors_.size(), run_of_history = first_of_history + history_size_;
-    std::vector<std::uint32_t> above(columns);        // endpoints of the row above, then of this row
+    std::vector<std::uint32_t> above(
+        columns);  // endpoints of the blocks of the row above, replaced by those of this row
     std::vector<std::uint32_t> predictions(columns);  // predictions of 2 x 2 blocks, those of the lower row
     std::uint32_t last_prediction = 0, prediction_run = 0, selector_run = 0, last_endpoint = 0;
     for (std::size_t y = 0; y < rows; ++y) {

@@ -342,7 +342,7 @@ struct FlatPart {
     std::string name;
     Imath::Box2i window;
     std::vector<ExrChannel> channels;
-    /// Returns the place of the part in the choice of the picture; 3: it is none.
+    /// Returns picture_rank() of a part that can be the picture; 3 for other parts.
     int rank() const {
         const int named = picture_rank(name);
         return have_color(channels) || (named == 0 && have_luminance(channels)) ? named : 3;

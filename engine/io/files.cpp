@@ -154,7 +154,8 @@ Temporary create_beside(const fs::path& target, const std::string& subject) {
         if (file < 0 && errno != EEXIST) throw Error(subject, "cannot write: {}", reason(errno));
         if (file < 0) continue;
         // Before the file is locked, other processes may take it for abandoned and remove it.
-        const bool locked = take_lock(file) || (errno != EAGAIN && errno != EACCES);  // there may be no locks
+        const bool locked =
+            take_lock(file) || (errno != EAGAIN && errno != EACCES);  // the file system may have no locks
         struct stat info {};
         if (locked && fstat(file, &info) == 0 && info.st_nlink > 0) return {path, std::move(file)};
     }

@@ -8,7 +8,7 @@ namespace halflight {
 
 void check_image_size(const std::string& subject, const ImageHeader& header, std::uint64_t file_bytes, int max_side) {
     constexpr std::size_t kAlwaysAllowed = std::size_t{4096} * 4096;  // texels
-    constexpr std::size_t kTexelsPerByte = 8 * 1032;                  // as in png_read.cpp
+    constexpr std::size_t kTexelsPerByte = 8 * 1032;                  // equals that of png_read.cpp
     const auto [width, height] = std::pair(header.width, header.height);
     if (width < 1 || height < 1) throw Error(subject, "has no texels");
     if (width > static_cast<std::size_t>(max_side) || height > static_cast<std::size_t>(max_side))

@@ -202,7 +202,7 @@ RadiancePicture read_radiance(const std::string& subject, std::string_view bytes
         throw Error(subject, "has {} bytes of pixels, more than the limit of {}{}", size, limits.max_bytes,
                     limits.reason);
 
-    std::vector<Rgbe> pixels;  // grows with the lines read, not with the header's size
+    std::vector<Rgbe> pixels;  // grows with the lines that are read, since the header may claim any size
     std::vector<Rgbe> line(length);
     for (std::size_t i = 0; i < lines; ++i) {
         read_line(reader, line);

@@ -13,9 +13,10 @@
 namespace halflight {
 
 struct RadiancePicture {
-    Image image;                              // RGB or XYZ, linear, as stored: not divided by the header's exposure
-    std::optional<Chromaticities> primaries;  // those of PRIMARIES, or of CIE XYZ; none: the header has none
-    std::vector<std::string> notes;           // lines of the header that are not applied, a phrase each
+    Image image;  // RGB or XYZ, linear, as stored: not divided by the header's exposure
+    std::optional<Chromaticities>
+        primaries;  // primaries of the line PRIMARIES, or of CIE XYZ; none: the header has no such line
+    std::vector<std::string> notes;  // lines of the header that are not applied, a phrase each
 };
 
 bool is_radiance(std::string_view bytes);

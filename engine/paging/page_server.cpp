@@ -219,7 +219,7 @@ class PageServer::Run {
     const rays::RayBatch& batch_;
     const Handles& handles_;
     const bool any_hit_;
-    const bool touches_;  // records which pages the batch uses; of no interest if no page ever leaves
+    const bool touches_;  // records which pages the batch uses; false if no page ever leaves
     std::uint32_t waiting_ = 0;
     std::vector<std::uint32_t> prefetched_;  // pages that were missing before the batch, and were asked for
 };

@@ -39,7 +39,7 @@ struct TileStatistics {
     double seconds = 0;         // seconds of reading and uploading
     std::uint64_t batches = 0;  // batches of hits that were shaded
     std::uint64_t rounds = 0;   // dispatches of the shading kernel
-    std::uint64_t again = 0;    // hits that missed a tile; a hit counts as often as it was shaded in vain
+    std::uint64_t again = 0;    // hits shaded again because a tile was missing; a hit counts each time
     std::uint64_t splits = 0;   // portions of batches that needed more tiles than the pool has
 };
 

@@ -264,7 +264,7 @@ class Cutter {
     // Per corner:
     std::vector<std::uint64_t> counted_at_;  // call of fits() that counted it last
     std::vector<std::uint32_t> page_of_;     // last page that has it
-    std::vector<std::uint32_t> place_of_;    // vertex of that page
+    std::vector<std::uint32_t> place_of_;    // number of the corner's vertex in that page
     std::uint64_t counts_ = 0;               // calls of fits()
     PageSet set_;
 };
@@ -328,7 +328,7 @@ class Placing {
     struct Place {
         std::uint32_t texel;         // not used for roots
         std::uint32_t parent;        // index of the node above it; kNone: a root
-        std::uint32_t children = 0;  // with leaves
+        std::uint32_t children = 0;  // number of children, leaves included
     };
 
     bool place_below(const rays::PageNode& node, std::uint32_t index) {
@@ -455,7 +455,7 @@ SceneNeeds vertex_layout(const PageIndex& index) {
     needs.vertex_colors = index.geometry.vertex_colors;
     const std::uint32_t others = index.vertex_texels - (needs.vertex_colors ? 2 : 1);
     needs.texture_coordinates = others >= 1;
-    needs.normal_maps = others >= 2;  // which need texture coordinates (vertex.h)
+    needs.normal_maps = others >= 2;  // normal maps need texture coordinates (vertex.h)
     return needs;
 }
 

@@ -65,7 +65,7 @@ PageSet build_pages(std::span<const rays::Corners> triangles, std::span<const st
 /// The part of a paged scene that stays in memory. Everything is relative to TraceTables::origin.
 struct PageIndex {
     struct Size {
-        std::uint32_t nodes = 0;  // with the roots
+        std::uint32_t nodes = 0;  // number of nodes, roots included
         std::uint32_t roots = 0;
         std::uint32_t pairs = 0;
         std::uint32_t vertices = 0;
@@ -86,7 +86,7 @@ struct PageIndex {
     std::vector<MeshRange> ranges;     // TraceTables::ranges
     // Numbers of the instances without triangles among those that do not move, ascending. A scene in memory has none.
     std::vector<std::uint32_t> empty;
-    AbsentGeometry geometry;  // facts about triangles and vertices, without AbsentGeometry::attributes
+    AbsentGeometry geometry;  // facts about triangles and vertices; AbsentGeometry::attributes is empty
     bool alpha = false;       // TraceTables::alpha_tested
     bool one_sided = false;   // TraceTables::one_sided
     bool panes = false;       // TraceTables::panes

@@ -12,7 +12,7 @@ namespace halflight::rays {
 /// Statistics of the batches of one kind and depth, over all runs and places.
 struct BatchStatistics {
     std::string batch;                        // name of the batch: "shadow", "continuation 2", ...
-    TraceMethod method = TraceMethod::plain;  // method of the next run, in the first place
+    TraceMethod method = TraceMethod::plain;  // method of the next run, at the batch's first place
     std::string reason;                       // reason why this method was chosen
     struct Measured {
         std::uint64_t runs = 0;

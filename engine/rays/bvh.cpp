@@ -78,7 +78,8 @@ void* create_leaf(RTCThreadLocalAllocator allocator, const RTCBuildPrimitive* pr
     auto* const ids = reinterpret_cast<std::uint32_t*>(leaf + 1);
     std::transform(primitives, primitives + count, ids, [](const RTCBuildPrimitive& p) { return p.primID; });
     std::sort(ids, ids + count);
-    leaf->primitive_count = static_cast<std::uint32_t>(std::unique(ids, ids + count) - ids);  // parts of one pair
+    leaf->primitive_count =
+        static_cast<std::uint32_t>(std::unique(ids, ids + count) - ids);  // several parts may belong to one pair
     static_cast<Building*>(building)->primitives += leaf->primitive_count;
     return leaf;
 }
@@ -109,7 +110,7 @@ void split_pair(const RTCBuildPrimitive* primitive, unsigned dimension, float po
                 RTCBounds* right, void* building) {
     const Ring& corner = static_cast<const Building*>(building)->pairs[primitive->primID];
     const auto axis = static_cast<int>(dimension);
-    Bounds sides[2], cut;  // cut: of the points where edges cross the plane
+    Bounds sides[2], cut;  // cut: bounds of the points where edges cross the plane
     static constexpr std::size_t kEdges[][2] = {{0, 1}, {1, 2}, {2, 3}, {3, 0}, {0, 2}};
     for (const auto& [from, to] : kEdges) {
         const vec3 &a = corner[from], &b = corner[to];

@@ -232,7 +232,7 @@ void Hierarchies::update(const TraceTables& last, const TraceTables& now) {
         const auto begin = static_cast<std::ptrdiff_t>(i == 0 || !same[i] ? 0 : ends_[i - 1]);
         const auto end = static_cast<std::ptrdiff_t>(same[i] ? ends_[i] : 0);
         std::move(trees_.begin() + begin, trees_.begin() + end, std::back_inserter(trees));
-        // Equal places are cut at equal planes, but their triangles may have other indices.
+        // Equal geometry is cut at equal planes. Its parts are reused only if its triangles have the same indices, too.
         if (same[i] && whole[i].spans == whole_[i].spans)
             std::move(parts_.begin() + begin, parts_.begin() + end, std::back_inserter(parts));
         else

@@ -133,7 +133,7 @@ HWY_INLINE RowOf row_of(const Bundle& b, std::size_t k, const vec4* pair, int wh
     return row;
 }
 
-/// Takes up hits on a triangle of a pair (take()).
+/// Records hits on a triangle of a pair, as take() does for a single ray.
 template <bool kAny>
 HWY_INLINE void take_lanes(const NativeJob& job, Bundle& b, std::size_t k, TriangleOf<FN> triangle, const RowOf& x,
                            const RowOf& y, const vec4* pair, bool second, FN leaf_near, MN met) {

@@ -123,7 +123,7 @@ HWY_INLINE float triangle_near(const SingleRay& ray, const vec4* pair, bool seco
     return near;
 }
 
-/// Takes up a hit on a triangle of a pair if it counts. Returns true if the search of the ray ends.
+/// Records a hit on a triangle of a pair if it is the nearest so far. Returns true if the search of the ray ends.
 template <bool kAny, Real R>
 HWY_INLINE bool take(const NativeJob& job, const SingleRay& ray, R inverse_z, TriangleOf<R> triangle, const vec4* pair,
                      bool second, std::uint32_t instance, float leaf_near, Search& search) {

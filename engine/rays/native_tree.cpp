@@ -234,7 +234,7 @@ class Collapser {
             child.reference = added.reference;
             below = std::max(below, added.stack);
         }
-        // Any hits search children in this order: those that end a ray at the least cost come first.
+        // Searches for any hit visit children in this order: those that end a ray at the least cost come first.
         std::ranges::stable_sort(children, std::greater(), [&](const Child& child) { return promise_of(child); });
         assert(children.size() <= kNativeWidth);  // divide() gives each part no more than its share
         children.resize(kNativeWidth, nothing());

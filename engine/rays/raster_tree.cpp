@@ -108,7 +108,8 @@ class TreeBuilder {
         if (is_instance(reference)) {
             return triangles_below(packed_.instance_head[reference & kBvhIndexMask] + kRoot);
         }
-        if (shared::is_leaf(reference)) return 2 * ((reference >> shared::kBvhCountShift) & 7u);  // upper bound
+        if (shared::is_leaf(reference))
+            return 2 * ((reference >> shared::kBvhCountShift) & 7u);  // at most two triangles per pair
         return triangles_below(reference & kBvhIndexMask);
     }
 

@@ -57,7 +57,7 @@ class Walk {
             } else if (!asked_.empty()) {
                 ++statistics_.waits;
                 hear(true);
-                listens_ = true;  // other answers may have arrived, which makes draws fewer and larger
+                listens_ = true;  // reads the answers that have arrived meanwhile, too: draws become fewer and larger
             } else {
                 return;
             }

@@ -18,7 +18,7 @@ namespace halflight::rays {
 /// Rays of a batch that pass back faces of one-sided triangles (values of HALFLIGHT_BACKFACES).
 enum class PassBacks : std::uint8_t {
     none,
-    marked = shared::kMarkedRays,  // those with t_min > 0
+    marked = shared::kMarkedRays,  // rays with t_min > 0
     all = shared::kEveryRay,
 };
 

@@ -24,7 +24,7 @@ using Owned = std::unique_ptr<std::remove_pointer_t<Handle>, Release>;
 int wrapped(float coordinate, int size, Wrap wrap) {
     const double turns = std::floor(double(coordinate));
     double within = double(coordinate) - turns;
-    if (!(std::abs(turns) < 1e9)) return 0;  // the fraction is lost, or no number
+    if (!(std::abs(turns) < 1e9)) return 0;  // the coordinate is NaN, or too large to have a fraction
     if (wrap == Wrap::clamp_to_edge) within = std::clamp(double(coordinate), 0.0, 1.0);
     if (wrap == Wrap::mirrored_repeat && std::fmod(turns, 2) != 0) within = 1 - within;
     return std::min(static_cast<int>(within * size), size - 1);

@@ -59,7 +59,7 @@ bool see(const Optics& optics, const dvec2& place, const dvec2& size, dvec3& dir
     const double angle = optics.projection == Projection::fisheye
                              ? r * half_fov
                              : 2 * std::asin(std::min(r * std::sin(half_fov / 2), 1.0));
-    // The axis is turned towards the place, about an axis across.
+    // The camera's forward axis is turned towards the place in the picture, about an axis at right angles to both.
     const dvec3 across(from_centre.y, from_centre.x, 0);
     direction = dvec3(0, 0, -1);
     if (r > 0) direction = glm::angleAxis(-angle, across / r) * direction;
@@ -202,7 +202,7 @@ void Path::add_lamps(const dvec3& from, const Bsdf::Sample& sample, double begin
 bool Path::follow(ReferenceRay ray, Surface& surface, const Bsdf::Sample& sample) {
     met_pane_ = false;
     const dvec3 from = surface.position;
-    double way = 0;  // from the surface to the last pane
+    double way = 0;  // length from the surface to the last pane
     while (const std::optional<ReferenceHit> hit = scene_.tracer.closest_hit(ray, alpha())) {
         add_lamps(from, sample, way, way + hit->t);
         surface = make_surface(scene_.tracer, *hit, -ray.direction);

@@ -104,7 +104,7 @@ Refraction evaluate_refraction(const dvec3& wo, const dvec3& wi, double alpha, d
     if (!(x > 0 && y < 0)) return {};
     Refraction r;
     r.reflectance = strength * dielectric_fresnel(x, eta);
-    const double jacobian = eta * eta * -y / ((x + eta * y) * (x + eta * y));  // eq. 17
+    const double jacobian = eta * eta * -y / ((x + eta * y) * (x + eta * y));  // eq. 17 of Walter et al. 2007
     const double visible = ggx_distribution(h, alpha) * x / wo.z * jacobian;
     r.value = (1 - r.reflectance) * visible * g2(wo.z, -wi.z, alpha);
     r.pdf = visible * g1(wo.z, alpha);

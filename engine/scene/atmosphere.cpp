@@ -246,7 +246,7 @@ dvec3 Atmosphere::to_rgb(const Spectrum& spectrum) const {
 
 Atmosphere::Atmosphere(const ClearSky& sky)
     : ground_albedo_(sky.ground_albedo),
-      radius_(kGround + std::max(sky.altitude, 0.0) + 2),  // an eye of 2 m
+      radius_(kGround + std::max(sky.altitude, 0.0) + 2),  // eyes are 2 m above the ground
       sun_(std::sin(sky.elevation * kPi / 180)) {
     for (int b = 0; b < kBands; ++b) {
         const double l = wavelength(b), l2 = l * l;

@@ -39,7 +39,7 @@ struct LightFeature {
     bool LightNeeds::*need;
     const char* define;                   // name of the macro after HALFLIGHT_
     const char* fact;                     // statement that is true if the need is false
-    bool LightNeeds::*implies = nullptr;  // a need that comes with it and implies none itself; null: none
+    bool LightNeeds::*implies = nullptr;  // a second need that follows from `need`; null: none
 };
 
 /// Returns one row per type, in the order of LightType.

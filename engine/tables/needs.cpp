@@ -47,7 +47,7 @@ SceneNeeds completed(SceneNeeds n) {
         n.normal_maps |= n.*texture.need && needs_tangents(texture.use);
     }
     for (const MaterialLobe& lobe : material_lobes()) n.normal_maps |= n.*lobe.need && lobe.tangents;
-    n.texture_coordinates |= n.normal_maps;  // tangents have their handedness beside texture coordinates
+    n.texture_coordinates |= n.normal_maps;  // the handedness of tangents is stored beside texture coordinates
     n.emission |= n.area_lights;
     n.light_choice |= n.every_light;
     n.diffuse |= n.catchers;  // they reflect light diffusely (make_catcher() in shaders/lib/bsdf_record.glsl)
@@ -131,7 +131,7 @@ std::vector<std::pair<std::string, std::string>> shader_defines(const SceneNeeds
         if (lobe.layer_rows > 0) define(lobe.define + std::string("_LAYER"), std::to_string(layer));
         row += lobe.record_rows, layer += lobe.layer_rows;
     }
-    define("SURFACE_ROWS", std::to_string(row) + "u");
+    define("SURFACE_ROWS", std::to_string(row));
     define("LAYER_ROWS", std::to_string(layer));
     std::sort(defines.begin(), defines.end());
     return defines;

@@ -1,8 +1,7 @@
 #include "passes/light/continuation.h"
 
-#include <fmt/format.h>
-
-#include "passes/light/panes.h"
+#include "passes/steps/panes.h"
+#include "passes/steps/resolve.h"
 #include "shaders/shared/path_state.h"
 #include "shaders/shared/ray_structs.h"
 
@@ -51,7 +50,7 @@ void add_vertex(graph::Graph& graph, const SceneView& view, int depth, const Pat
     if (paths.points) paths.points = pass.write(paths.points, partial_write(paths.points), "Points");
     const bool asks = paths.cells && depth == 1;  // vertex 1 asks for cells
     const bool takes = paths.cells && depth == 2 && !last;
-    if (takes) pass.read(paths.cells, Access::texture_read, {"cells", GL_R32UI});
+    if (takes) pass.read(paths.cells, Access::texture_read, {"cell_words", GL_R32UI});
     if (asks) paths.cells = pass.write(paths.cells, Access::storage_read_write, "Cells");
     const bool pending = shadowing.answered();
     const bool sun = view.scene.needs().sun && (pending || samples_lights);
@@ -81,8 +80,9 @@ void add_vertex(graph::Graph& graph, const SceneView& view, int depth, const Pat
     if (samples_lights) defines.set("HALFLIGHT_LIGHT_SAMPLES");
     if (depth == 1) {
         defines.set("HALFLIGHT_FIRST_HIT");
-        defines.set("HALFLIGHT_SHADOW_RAYS", fmt::format("{}u", view.shadow_rays));
+        defines.set("HALFLIGHT_SHADOW_RAYS", view.shadow_rays);
     }
+    if (asks) defines.set("HALFLIGHT_CACHE_ASKED");
     if (takes) defines.set("HALFLIGHT_CACHE_TAKEN");
     if (paths.points) defines.set(reuse ? "HALFLIGHT_REUSE" : "HALFLIGHT_RADIANCE_CACHE");
     pass.kernel({"shaders/continuation.comp", defines, view.bind_scene()});

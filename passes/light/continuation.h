@@ -4,16 +4,10 @@
 
 #include <vector>
 
-#include "passes/light/scatter.h"
+#include "passes/steps/light_answers.h"
+#include "passes/steps/paths.h"
 
 namespace halflight {
-
-/// Answers to the last shadow rays of the paths. All other light of later bounces is in PathState.
-struct Continuation {
-    graph::BufferHandle occluded;      // uint per path, valid if PathState::pending is; empty without light samples
-    graph::BufferHandle sun_occluded;  // uint per path: answer for the sun; empty unless the sun is sampled separately
-    bool indirect = true;              // whether there are bounces after the first
-};
 
 struct ContinuationOptions {
     int bounces = 8;            // reflections in total, >= 1, that of the first surface included

@@ -85,8 +85,9 @@ void add_radiance_cache(graph::Graph& graph, const SceneView& view, RadianceCach
         graph::Pass pass = graph.add_pass(name);
         inputs.declare(pass);
         paths.cells = pass.write(paths.cells, Access::storage_read_write, "Cells");
-        pass.execute([=, &cache, groups = view.band.paths() / 64](graph::Resources& r) {
-            const gpu::Program& program = r.compute(kernel, inputs.defines());
+        pass.kernel({kernel, inputs.defines()});
+        pass.execute([&cache, groups = view.band.paths() / 64](graph::Resources& r) {
+            const gpu::Program& program = r.kernel();
             program.set("picture", cache.picture());
             program.dispatch(groups);
         });

@@ -13,7 +13,8 @@
 #pragma once
 
 #include "engine/settings/preview.h"
-#include "passes/light/continuation.h"
+#include "passes/steps/light_answers.h"
+#include "passes/steps/paths.h"
 
 namespace halflight {
 

@@ -38,9 +38,9 @@ struct GroupInputs {
         pass.read(sun_occluded, Access::texture_read, {"sun_occluded", GL_R32UI});
         pass.read(sun_light, Access::texture_read, {"sun_light", GL_RGBA32F});
     }
-    void run(graph::Resources& r, const char* kernel) const {
-        view.scene.bind();
-        r.compute(kernel, defines()).dispatch(view.band.paths() / 256);
+    void run(graph::Pass& pass, const char* kernel) const {
+        pass.kernel({kernel, defines(), view.bind_scene()});
+        pass.execute([groups = view.band.paths() / 256](graph::Resources& r) { r.kernel().dispatch(groups); });
     }
     gpu::Defines defines() const {
         gpu::Defines defines = view.path_defines();
@@ -65,7 +65,7 @@ Connections connect(graph::Graph& graph, const GroupInputs& inputs) {
                         "Connections");
     c.densities = pass.write(graph.create_buffer("connection densities", {count * sizeof(float)}),
                              Access::storage_write, "Densities");
-    pass.execute([=](graph::Resources& r) { inputs.run(r, "shaders/reuse_connect.comp"); });
+    inputs.run(pass, "shaders/reuse_connect.comp");
     // There is no list. The rays towards a point follow one another and are culled as one set; those of small groups
     // share a set with the next points.
     rays::RayBatch batch = ray_batch(view, rays::RayKind::connection, c.rays, {}, 0);
@@ -102,7 +102,7 @@ graph::BufferHandle add_reuse(graph::Graph& graph, const SceneView& view, const 
         graph.create_buffer("light received",
                             {(1 + view.light_groups) * std::size_t{view.band.paths()} * sizeof(shared::DirectLight)}),
         Access::storage_write, "Received");
-    pass.execute([=](graph::Resources& r) { inputs.run(r, "shaders/reuse_gather.comp"); });
+    inputs.run(pass, "shaders/reuse_gather.comp");
     return received;
 }
 

@@ -3,8 +3,9 @@
 #pragma once
 
 #include "engine/gpu/context.h"
-#include "passes/light/continuation.h"
-#include "passes/surface/gbuffer.h"
+#include "passes/steps/light_answers.h"
+#include "passes/steps/paths.h"
+#include "passes/steps/surfaces.h"
 
 namespace halflight {
 

@@ -1,9 +1,6 @@
 #include "passes/light/shadow.h"
 
-#include <fmt/format.h>
-
-#include "passes/light/panes.h"
-#include "passes/light/scatter.h"
+#include "passes/steps/panes.h"
 #include "shaders/shared/path_state.h"
 #include "shaders/shared/ray_structs.h"
 
@@ -28,7 +25,7 @@ rays::RayBatch add_samples(graph::Graph& graph, const SceneView& view, const GBu
                    Access::storage_write, "ShadowRays");
     light = pass.write(light, partial_write(light), "Light");
     gpu::Defines defines = view.path_defines();
-    defines.set("HALFLIGHT_SHADOW_RAYS", fmt::format("{}u", view.shadow_rays));
+    defines.set("HALFLIGHT_SHADOW_RAYS", view.shadow_rays);
     if (sun) defines.set("HALFLIGHT_SUN_SAMPLES");
     pass.kernel({"shaders/shadow.comp", defines, view.bind_scene()});
     pass.execute([=](graph::Resources& r) { r.kernel().dispatch(count / 64); });
@@ -43,14 +40,6 @@ graph::BufferHandle occlusion(graph::Graph& graph, const SceneView& view, const 
 }
 
 }  // namespace
-
-rays::RayBatch shadow_batch(const SceneView& view, rays::RayKind kind, graph::BufferHandle rays) {
-    // Without a list, the rays of a pixel keep their place in a tile. The tile's visibility state stays useful.
-    rays::RayBatch batch = ray_batch(view, kind, rays, {}, 0);
-    batch.paths = view.band.paths();
-    batch.capacity = (kind == rays::RayKind::sun ? 1 : view.shadow_rays) * batch.paths;
-    return batch;
-}
 
 DirectLightEstimate add_shadow(graph::Graph& graph, const SceneView& view, const GBuffer& g) {
     const bool sun = view.scene.needs().sun;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "passes/steps/resolve.h"
 #include "shaders/shared/chain_records.h"
 #include "shaders/shared/ray_structs.h"
 

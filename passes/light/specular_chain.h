@@ -4,7 +4,8 @@
 // branch, to the first surface that is neither. Glossy light of the path's first surface comes mainly from there.
 #pragma once
 
-#include "passes/light/scatter.h"
+#include "passes/steps/paths.h"
+#include "passes/steps/surfaces.h"
 
 namespace halflight {
 

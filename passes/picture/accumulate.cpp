@@ -24,7 +24,7 @@ Accumulated add_accumulate(graph::Graph& graph, const SceneView& view, const Sam
         if (sample.direct->sun_occluded)
             pass.read(sample.direct->sun_occluded, Access::texture_read, {"sun_occluded", GL_R32UI});
         defines.set("HALFLIGHT_LIGHT_SAMPLES");
-        defines.set("HALFLIGHT_SHADOW_RAYS", fmt::format("{}u", view.shadow_rays));
+        defines.set("HALFLIGHT_SHADOW_RAYS", view.shadow_rays);
     }
     if (sample.paths) {
         pass.read(sample.paths->states, Access::texture_read, {"states", GL_RGBA32UI});
@@ -94,18 +94,6 @@ Accumulated add_accumulate(graph::Graph& graph, const SceneView& view, const Sam
         program.dispatch(view.band.paths() / 64);
     });
     return out;
-}
-
-void read_light(graph::Pass& pass, gpu::Defines& defines, const Accumulated& sums) {
-    pass.read(sums.emission, Access::storage_read, "Emission");
-    if (sums.direct) {
-        pass.read(sums.direct, Access::storage_read, "Direct");
-        defines.set("HALFLIGHT_DIRECT");
-    }
-    if (sums.indirect) {
-        pass.read(sums.indirect, Access::storage_read, "Indirect");
-        defines.set("HALFLIGHT_INDIRECT");
-    }
 }
 
 }  // namespace halflight

@@ -61,8 +61,9 @@ graph::BufferHandle add_block_errors(graph::Graph& graph, const Band& band, cons
     pass.read(sums.squares, Access::storage_read, "Squares");
     const graph::BufferHandle errors =
         pass.write(graph.create_buffer("block errors", {blocks * sizeof(float)}), Access::storage_write, "Errors");
+    pass.kernel({"shaders/block_errors.comp", defines});
     pass.execute([=](graph::Resources& r) {
-        const gpu::Program& program = r.compute("shaders/block_errors.comp", defines);
+        const gpu::Program& program = r.kernel();
         program.set("samples", static_cast<std::uint32_t>(samples));
         program.set("blocks", blocks);
         const bool relative = metric == ErrorMetric::relmse;
@@ -140,8 +141,9 @@ void add_adaptive_mean(graph::Graph& graph, const Band& band, const Accumulated&
         read_light(pass, defines, sums);
         pass.read(counts.all, Access::texture_read, {"counts", GL_R32UI});
         graph.output(pass.write(sums.squares, Access::storage_read_write, "Squares"));
+        pass.kernel({"shaders/adaptive_squares.comp", defines});
         pass.execute([=](graph::Resources& r) {
-            const gpu::Program& program = r.compute("shaders/adaptive_squares.comp", defines);
+            const gpu::Program& program = r.kernel();
             program.set("wanted", wanted);
             program.dispatch(band.paths() / 64);
         });
@@ -152,8 +154,9 @@ void add_adaptive_mean(graph::Graph& graph, const Band& band, const Accumulated&
         pass.read(counts.all, Access::texture_read, {"counts", GL_R32UI});
         pass.read(counts.first_half, Access::texture_read, {"first_counts", GL_R32UI});
         graph.output(pass.write(values, Access::storage_read_write, "Sums"));
+        pass.kernel({"shaders/adaptive_mean.comp"});
         pass.execute([=](graph::Resources& r) {
-            const gpu::Program& program = r.compute("shaders/adaptive_mean.comp");
+            const gpu::Program& program = r.kernel();
             program.set("stride", static_cast<std::uint32_t>(stride));
             program.set("wanted", wanted);
             program.set("of_first_half", of_first_half);

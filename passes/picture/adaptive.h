@@ -12,7 +12,7 @@
 
 #include "engine/device/scene_view.h"
 #include "engine/settings/frame_settings.h"
-#include "passes/picture/accumulate.h"
+#include "passes/steps/sums.h"
 
 namespace halflight {
 

@@ -1,6 +1,6 @@
 #include "passes/picture/aov.h"
 
-#include "passes/light/shadow.h"
+#include "passes/steps/paths.h"
 #include "shaders/shared/aov_record.h"
 
 namespace halflight {
@@ -47,7 +47,7 @@ graph::BufferHandle add_debug_aov(graph::Graph& graph, const SceneView& view, co
         if (residency) defines.set("HALFLIGHT_RESIDENCY");
         view.trace.bind();
         view.scene.bind();
-        const auto& program = r.compute("shaders/debug_aov.comp", defines);
+        const gpu::Program& program = r.kernel({"shaders/debug_aov.comp", defines});
         if (residency) program.set("top", view.trace.top());
         program.dispatch(view.band.paths() / 64);
     });

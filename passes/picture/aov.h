@@ -2,7 +2,7 @@
 // mean of ids or depths means nothing.
 #pragma once
 
-#include "passes/surface/gbuffer.h"
+#include "passes/steps/surfaces.h"
 
 namespace halflight {
 

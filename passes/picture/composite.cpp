@@ -41,9 +41,9 @@ Composite add_composite(graph::Graph& graph, const Band& band, const Accumulated
     }
     if (view_kernel && straight_view) defines.set("HALFLIGHT_STRAIGHT_VIEW");
     if (opaque_background) defines.set("HALFLIGHT_OPAQUE_BACKGROUND");
+    pass.kernel({view_kernel ? view_kernel->source() : "shaders/composite.comp", defines});
     pass.execute([=](graph::Resources& r) {
-        const gpu::Program& program =
-            r.compute(view_kernel ? view_kernel->source() : "shaders/composite.comp", defines);
+        const gpu::Program& program = r.kernel();
         if (view_kernel) {
             view_kernel->bind(program);
             program.set("exposure_scale", view_kernel->exposure_scale());

@@ -5,7 +5,7 @@
 
 #include "engine/color/color.h"
 #include "engine/gpu/texture.h"
-#include "passes/picture/accumulate.h"
+#include "passes/steps/sums.h"
 
 namespace halflight {
 

@@ -49,8 +49,9 @@ std::array<TextureHandle, N> add_kernel(graph::Graph& graph, const char* pass_na
     std::array<TextureHandle, N> out;
     for (std::size_t i = 0; i < N; ++i)
         out[i] = pass.write(graph.create_texture(writes[i], desc), Access::image_write, writes[i]);
+    pass.kernel({kernel, defines});
     pass.execute([=](graph::Resources& r) {
-        const gpu::Program& program = r.compute(kernel, defines);
+        const gpu::Program& program = r.kernel();
         if (set) set(program);
         dispatch(program, desc, tile);
     });
@@ -64,8 +65,9 @@ TextureHandle add_triangle(graph::Graph& graph, TextureHandle texture, int radiu
         graph::Pass pass = graph.add_pass("denoiser: sums");
         pass.read(texture, Access::texture_read, "source");
         texture = pass.write(graph.create_texture("weighted sum", desc), Access::image_write, "sum");
+        pass.kernel({"shaders/triangle_sum.comp"});
         pass.execute([=](graph::Resources& r) {
-            const gpu::Program& program = r.compute("shaders/triangle_sum.comp");
+            const gpu::Program& program = r.kernel();
             program.set("stride", step);
             program.set("radius", radius);
             dispatch(program, desc);
@@ -90,7 +92,7 @@ float squares_of_triangle(int radius) {
 
 /// Light of a component without fireflies.
 struct CalmLight {
-    TextureHandle first, second;  // as in LightHalves
+    TextureHandle first, second;  // the members of LightHalves
     TextureHandle spread;         // rgb: light of fireflies over albedo, spread
     bool over_frames = false;     // means over frames; a of `spread` is the share of these means
 };
@@ -173,8 +175,10 @@ CalmLight add_non_local_means(graph::Graph& graph, const CalmLight& calm, const 
     const TextureHandle second =
         pass.write(graph.create_texture("filtered_second", desc), Access::image_write, "filtered_second");
     const bool preview = preview_stride > 0;
+    const bool natively = gpu::renders_on_processor();
+    if (!natively) pass.kernel({"shaders/nl_means.comp", preview ? kOfPreview : gpu::Defines()});
     pass.execute([=, inputs = std::to_array(reads)](graph::Resources& r) {
-        if (gpu::renders_on_processor()) {
+        if (natively) {
             interruption_point();
             std::array<std::vector<float>, 5> pictures;
             for (std::size_t i = 0; i < pictures.size(); ++i) pictures[i] = r.texture(inputs[i].second).read_float();
@@ -185,7 +189,7 @@ CalmLight add_non_local_means(graph::Graph& graph, const CalmLight& calm, const 
             r.texture(second).upload(two);
             return;
         }
-        const gpu::Program& program = r.compute("shaders/nl_means.comp", preview ? kOfPreview : gpu::Defines());
+        const gpu::Program& program = r.kernel();
         if (preview) program.set("stride", preview_stride);
         dispatch(program, desc, kTile);
     });
@@ -325,8 +329,9 @@ DenoisedPicture add_component(graph::Graph& graph, const DenoiserPixels& pixels,
     const DenoisedPicture out{
         pass.write(graph.create_texture("denoised picture", desc), Access::image_write, "picture"),
         pass.write(graph.create_texture("denoiser weights", desc), Access::image_write, "weights")};
+    pass.kernel({"shaders/half_blend.comp", defines});
     pass.execute([=](graph::Resources& r) {
-        const gpu::Program& program = r.compute("shaders/half_blend.comp", defines);
+        const gpu::Program& program = r.kernel();
         program.set("component", static_cast<int>(component));
         program.set("whole", wide ? kWholeIndirect : 1.0f);
         dispatch(program, desc);
@@ -338,8 +343,7 @@ DenoisedPicture add_component(graph::Graph& graph, const DenoiserPixels& pixels,
 
 DenoiserPixels add_denoiser_input(graph::Graph& graph, const Band& band, const Accumulated& sums,
                                   graph::TextureHandle beauty, const SampleHalves& samples, const DenoiserPixels& to) {
-    const auto run = [=](graph::Resources& r, const char* kernel, const gpu::Defines& defines) {
-        const gpu::Program& program = r.compute(kernel, defines);
+    const auto run = [=](const gpu::Program& program) {
         program.set("samples", static_cast<std::uint32_t>(samples.all));
         program.set("first_samples", static_cast<std::uint32_t>(samples.first));
         program.set("size", ivec2(band.image.x, std::min(band.rows, band.image.y - band.y)));
@@ -364,7 +368,8 @@ DenoiserPixels add_denoiser_input(graph::Graph& graph, const Band& band, const A
         out.glossy_reflectance = write(pass, to.glossy_reflectance, "glossy_reflectance");
         chains.set("HALFLIGHT_SPECULAR_CHAINS");
     }
-    pass.execute([=](graph::Resources& r) { run(r, "shaders/half_features.comp", chains); });
+    pass.kernel({"shaders/half_features.comp", chains});
+    pass.execute([=](graph::Resources& r) { run(r.kernel()); });
 
     for (const FilteredLight component : kFilteredLights) {
         const auto index = static_cast<std::size_t>(component);
@@ -376,9 +381,11 @@ DenoiserPixels add_denoiser_input(graph::Graph& graph, const Band& band, const A
         halves.read(sums.halves, Access::storage_read, "HalfSums");
         out.light[index] = {write(halves, to.light[index].first, "first"),
                             write(halves, to.light[index].second, "second")};
+        halves.kernel({"shaders/half_input.comp", defines});
         halves.execute([=](graph::Resources& r) {
-            r.compute("shaders/half_input.comp", defines).set("component", static_cast<int>(component));
-            run(r, "shaders/half_input.comp", defines);
+            const gpu::Program& program = r.kernel();
+            program.set("component", static_cast<int>(component));
+            run(program);
         });
     }
     return out;
@@ -395,8 +402,9 @@ void take_part(graph::Graph& graph, TextureHandle& texture, const DenoiserWindow
     graph::Pass pass = graph.add_pass("denoiser: window");
     pass.read(texture, Access::texture_read, "source");
     texture = pass.write(graph.create_texture("part", desc), Access::image_write, "part");
+    pass.kernel({"shaders/denoiser_window.comp"});
     pass.execute([=](graph::Resources& r) {
-        const gpu::Program& program = r.compute("shaders/denoiser_window.comp");
+        const gpu::Program& program = r.kernel();
         program.set("corner", window.first);
         program.set("columns", window.size.x);
         program.set("margin", window.margin);

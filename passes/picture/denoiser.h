@@ -17,8 +17,9 @@
 #include <span>
 
 #include "engine/settings/denoiser_windows.h"
-#include "passes/picture/accumulate.h"
 #include "passes/picture/native_means.h"
+#include "passes/steps/halves.h"
+#include "passes/steps/sums.h"
 
 namespace halflight {
 
@@ -43,12 +44,6 @@ inline constexpr std::size_t kDenoiserWindowMotionBytes = 4 * sizeof(vec4);
 constexpr std::size_t denoiser_frame_bytes(int frames) {
     return (5 + 2 * kFilteredLights.size() + std::size_t(frames)) * sizeof(vec4);
 }
-
-/// Halves of a component, RGBA32F. rgb: light over albedo; a: share of the samples that are in the first half, 0 where
-/// there is nothing to filter. Empty: the picture has no such light.
-struct LightHalves {
-    graph::TextureHandle first, second;
-};
 
 /// RGBA32F textures of the whole picture. Means of surface properties are means over the samples that meet a surface.
 struct DenoiserPixels {
@@ -106,11 +101,6 @@ struct DenoisedPicture {
 DenoisedPicture add_denoiser(graph::Graph& graph, const DenoiserPixels& pixels,
                              std::span<const DenoiserNeighbour> neighbours = {});
 
-/// Light filtered by the cheap form, see LightHalves. Its mean plus rgb of `spread` is the light over albedo.
-struct FilteredHalves {
-    graph::TextureHandle first, second;
-    graph::TextureHandle spread;  // light of fireflies over albedo
-};
 /// Peak number of bytes per pixel of the transients of add_preview_filter().
 inline constexpr std::size_t kPreviewFilterBytes = 8 * sizeof(vec4) + kNativeMeansBytes;
 /// Filters light over albedo for a preview, with patches of 3x3 pixels. Three filters of 5x5 pixels follow each other,

@@ -23,10 +23,10 @@ constexpr MeansKernel preview_means(int stride) {
 
 /// Pictures of size.x * size.y texels, first row first: the textures of shaders/nl_means.comp.
 struct MeansInput {
-    std::span<const float> light, first, second, guide, reflectance;  // four channels each
+    std::span<const float> light, first, second, guide, reflectance;  // four floats per texel
 };
 struct MeansOutput {
-    std::span<float> first, second;  // four channels each
+    std::span<float> first, second;  // four floats per texel
 };
 
 /// Filters two halves with all threads that native tracing takes (native_threads()). Every size is >= 1.

@@ -58,7 +58,7 @@ class MeansPlanes {
     const ivec2 size;
 
   private:
-    // Patches at offsets read as far; the last register of a row reads up to 15 floats more.
+    // Texels around the picture that patches at an offset may read. The last register of a row reads up to 15 more.
     static constexpr int kPad = 32;
     static_assert(kPad >= kMostOffset + kMostPatch + 15);
 

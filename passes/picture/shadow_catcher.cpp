@@ -18,10 +18,11 @@ graph::BufferHandle occlusion_by_catchers(graph::Graph& graph, const SceneView& 
     pass.read(occluded, Access::texture_read, {"occluded", GL_R32UI});
     batch.rays = pass.write(batch.rays, Access::storage_read_write, "ShadowRays");
     batch.catchers_only = true;
-    pass.execute([view, rays = batch.capacity](graph::Resources& r) {
-        view.scene.bind();  // the table of triangles, which the tracer reads
-        const gpu::Program& program = r.compute("shaders/catcher_rays.comp", view.path_defines());
-        program.set("paths", view.band.paths());
+    // The tracer reads the table of triangles.
+    pass.kernel({"shaders/catcher_rays.comp", view.path_defines(), view.bind_scene()});
+    pass.execute([paths = view.band.paths(), rays = batch.capacity](graph::Resources& r) {
+        const gpu::Program& program = r.kernel();
+        program.set("paths", paths);
         program.dispatch(rays / 64);
     });
     return rays::any_hit(graph, view.trace, batch,
@@ -55,15 +56,14 @@ void add_shadow_catchers(graph::Graph& graph, const SceneView& view, const Sampl
             pass.read(occlusion.sun, Access::texture_read, {"sun_by_catchers", GL_R32UI});
         }
         defines.set("HALFLIGHT_LIGHT_SAMPLES");
-        defines.set("HALFLIGHT_SHADOW_RAYS", fmt::format("{}u", view.shadow_rays));
+        defines.set("HALFLIGHT_SHADOW_RAYS", view.shadow_rays);
     }
     const std::string name = view.sums == 0 ? "catcher sums" : fmt::format("catcher sums {}", view.sums);
     const std::size_t bytes = view.band.paths() * kCatcherSums * sizeof(double);
     sums.catchers = pass.write(graph.carried_buffer(name, {bytes}), Access::storage_read_write, "CatcherSums");
     sums.bad_values = pass.write(sums.bad_values, Access::storage_read_write, "Counts");
-    pass.execute([=, groups = view.band.paths() / 64](graph::Resources& r) {
-        r.compute("shaders/catcher_sums.comp", defines).dispatch(groups);
-    });
+    pass.kernel({"shaders/catcher_sums.comp", defines});
+    pass.execute([groups = view.band.paths() / 64](graph::Resources& r) { r.kernel().dispatch(groups); });
 }
 
 }  // namespace halflight

@@ -1,7 +1,7 @@
 // Shadow catchers: the light that falls on them, with and without the other objects.
 #pragma once
 
-#include "passes/picture/accumulate.h"
+#include "passes/steps/sums.h"
 
 namespace halflight {
 

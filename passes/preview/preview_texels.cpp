@@ -37,8 +37,9 @@ PreviewPixels add_preview_input(graph::Graph& graph, const Band& band, const Acc
         defines.set("HALFLIGHT_PLACES");
     }
     const auto stride = static_cast<std::uint32_t>(graph.desc(sums.halves).bytes / (sizeof(double) * band.paths()));
+    pass.kernel({"shaders/preview_input.comp", defines});
     pass.execute([=](graph::Resources& r) {
-        const gpu::Program& program = r.compute("shaders/preview_input.comp", defines);
+        const gpu::Program& program = r.kernel();
         program.set("samples", static_cast<float>(samples.all));
         program.set("first_samples", static_cast<float>(samples.first));
         program.set("stride", stride);
@@ -59,7 +60,8 @@ LightHalves add_preview_halves(graph::Graph& graph, const PreviewTexels& texels,
     pass.read(albedo, Access::texture_read, "albedo");
     const LightHalves out{pass.write(graph.create_texture("first half", desc), Access::image_write, "half_first"),
                           pass.write(graph.create_texture("second half", desc), Access::image_write, "half_second")};
-    pass.execute([=](graph::Resources& r) { dispatch(r.compute("shaders/preview_halves.comp"), desc); });
+    pass.kernel({"shaders/preview_halves.comp"});
+    pass.execute([=](graph::Resources& r) { dispatch(r.kernel(), desc); });
     return out;
 }
 
@@ -83,7 +85,8 @@ graph::TextureHandle add_preview_output(graph::Graph& graph, const PreviewPixels
     const gpu::TextureDesc desc = graph.desc(from.beauty);
     const graph::TextureHandle picture =
         pass.write(graph.create_texture("preview picture", desc), Access::image_write, "picture");
-    pass.execute([=](graph::Resources& r) { dispatch(r.compute("shaders/preview_output.comp", defines), desc); });
+    pass.kernel({"shaders/preview_output.comp", defines});
+    pass.execute([=](graph::Resources& r) { dispatch(r.kernel(), desc); });
     return picture;
 }
 

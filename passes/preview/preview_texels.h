@@ -4,21 +4,10 @@
 
 #include <optional>
 
-#include "passes/picture/accumulate.h"
-#include "passes/picture/denoiser.h"
+#include "passes/steps/halves.h"
+#include "passes/steps/sums.h"
 
 namespace halflight {
-
-/// RGBA32F textures with a texel for each pixel of the whole picture. Where no surface is visible, or its light is not
-/// finite, the alpha of both halves is -1 and all else is 0.
-struct PreviewTexels {
-    // Halves of the samples. rgb: reflected light over albedo (at least kLeastFilteredAlbedo); a: number of samples, >=
-    // 0.
-    graph::TextureHandle first, second;
-    graph::TextureHandle guide;    // xyz: mean of shading normals; w: mean of ln(depth along the camera's axis)
-    graph::TextureHandle place{};  // surface at the centre; xyz: world, relative to TraceTables::origin; w: 1, or 0
-                                   // where there is none. Empty: nothing is reprojected
-};
 
 struct PreviewPixels {
     PreviewTexels texels;

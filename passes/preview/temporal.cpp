@@ -1,5 +1,7 @@
 #include "passes/preview/temporal.h"
 
+#include "engine/graph/execute.h"
+
 #include <tuple>
 
 namespace halflight {
@@ -30,8 +32,9 @@ PreviewTexels add_temporal(graph::Graph& graph, const PreviewTexels& now, const 
         pass.write(to.first, Access::image_write, "to_first"), pass.write(to.second, Access::image_write, "to_second"),
         pass.write(to.guide, Access::image_write, "to_guide"), pass.write(to.place, Access::image_write, "to_place")};
     const gpu::TextureDesc desc = graph.desc(now.first);
+    pass.kernel({"shaders/temporal.comp", defines});
     pass.execute([=](graph::Resources& r) {
-        const gpu::Program& program = r.compute("shaders/temporal.comp", defines);
+        const gpu::Program& program = r.kernel();
         if (earlier) {
             program.set("to_earlier", earlier->to_clip);
             program.set("origin_shift", earlier->origin_shift);

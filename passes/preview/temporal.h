@@ -10,7 +10,7 @@
 
 #include <optional>
 
-#include "passes/preview/preview_texels.h"
+#include "passes/steps/halves.h"
 
 namespace halflight {
 

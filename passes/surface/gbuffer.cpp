@@ -53,10 +53,11 @@ void rasterize(const SceneView& view, GBuffer& g, graph::Graph& graph) {
     pass.read(view.frame_constants, Access::uniform_read, "FrameBlock");
     g.visibility = pass.write(graph.create_texture("visibility", visibility), Access::color_attachment);
     g.depth = pass.write(graph.create_texture("depth", depth), Access::depth_attachment);
+    gpu::Defines defines = view.scene.defines();
+    set_backfaces(view, defines);
+    pass.kernel({.source = "shaders/gbuffer.vert", .defines = defines, .fragment = "shaders/gbuffer.frag"});
     pass.execute([view, g](graph::Resources& r) {
-        gpu::Defines defines = view.scene.defines();
-        set_backfaces(view, defines);
-        const gpu::Program& program = r.graphics("shaders/gbuffer.vert", "shaders/gbuffer.frag", defines);
+        const gpu::Program& program = r.kernel();
         const gpu::Framebuffer& target = r.framebuffer({g.visibility}, g.depth);
         target.bind();
         std::optional<BandScissor> scissor;

@@ -10,7 +10,8 @@ struct Coverage {
     float cutoff;  // alpha cutoff, or kAlphaBlend; 0: opaque
 };
 
-#if HALFLIGHT_ALPHA
+const bool kAlpha = HALFLIGHT_ALPHA != 0;  // some material is not opaque
+
 // Returns the coverage at a point; u and v are the weights of the triangle's second and third corner. `row`: its place
 // in the tables.
 Coverage coverage_at(uint row, float u, float v) {
@@ -20,37 +21,28 @@ Coverage coverage_at(uint row, float u, float v) {
     c.alpha = packed_base_color(material).a;
     c.cutoff = packed_alpha_cutoff(material);
     vec3 weights = vec3(1.0 - u - v, u, v);
-#if HALFLIGHT_TEXTURE_BASE_COLOR
-    vec4 uvs = interpolate_uvs(t.xyz, weights);
-    c.alpha *= color_texture(base_color_texture_slot(material), uvs.xy, uvs.zw).a;
-#endif
-#if HALFLIGHT_VERTEX_COLORS
-    c.alpha *= interpolate_color(t.xyz, weights).a;
-#endif
+    if (HALFLIGHT_TEXTURE_BASE_COLOR != 0) {
+        vec4 uvs = interpolate_uvs(t.xyz, weights);
+        c.alpha *= color_texture(base_color_texture_slot(material), uvs.xy, uvs.zw).a;
+    }
+    if (kVertexColors) c.alpha *= interpolate_color(t.xyz, weights).a;
     return c;
 }
-#endif
 
 // Returns whether a ray that meets the triangle at barycentrics (u, v) hits it, independently of earlier hits. `key`:
 // ray_key(). Opaque triangles accept all rays. Blend accepts u < alpha, u in [0, 1): alpha 1 always, 0 never. `row`: the
 // triangle's place in the tables; in scenes that are loaded in pages they hold few triangles.
 bool alpha_accept(uint triangle, uint row, uint instance, float u, float v, uint key) {
-#if HALFLIGHT_ALPHA
+    if (!kAlpha) return true;
     Coverage c = coverage_at(row, u, v);
     bool blend = c.cutoff == kAlphaBlend;
     float random = unit_float(hash_combine(hash_combine(key, instance), triangle));
     return blend ? random < c.alpha : c.alpha >= c.cutoff;
-#else
-    return true;
-#endif
 }
 
 // Returns the expected share of rays for which alpha_accept is true, for light points picked on such a triangle.
 float alpha_share(uint row, float u, float v) {
-#if HALFLIGHT_ALPHA
+    if (!kAlpha) return 1.0;
     Coverage c = coverage_at(row, u, v);
     return c.cutoff == kAlphaBlend ? clamp(c.alpha, 0.0, 1.0) : (c.alpha >= c.cutoff ? 1.0 : 0.0);
-#else
-    return 1.0;
-#endif
 }

@@ -1,65 +1,45 @@
-// The BSDF of shaders/SHADING.md: evaluation and sampling. A BSDF is made from a material if shaders/lib/material.glsl is
-// included before.
+// The BSDF of shaders/SHADING.md: evaluation and sampling. A BSDF is made from a material if shaders/lib/material.glsl
+// is included before.
 #include "shaders/lib/bsdf_record.glsl"
 #include "shaders/lib/layers.glsl"
 #include "shaders/lib/medium.glsl"
-#if HALFLIGHT_MATERIAL
+#if HALFLIGHT_MATERIAL  // shaders/lib/material.glsl is included
 #include "shaders/lib/bsdf_of_material.glsl"
 #endif
 #include "shaders/lib/onb.glsl"
 #include "shaders/lib/sampling.glsl"
 
-#if HALFLIGHT_IRIDESCENCE
 // Returns the part of the specular lobe's factor that the film adds, at x = dot(wo, h).
 vec3 film_reflection(Bsdf b, float x) {
     FilmWaves waves = film_waves(b.film_ior, b.film_thickness, x);
     return b.film_dielectric * film_reflectance(waves, b.film_dielectric_f0) +
            b.film_metal * film_reflectance(waves, b.film_metal_f0);
 }
-#endif
 
 // Returns the normal of the specular lobe and of thin transmission. Solids keep n.
 vec3 base_normal(Bsdf b, vec3 wo) {
-#if HALFLIGHT_GLOSSY
-    return b.eta > 0.0 ? b.normal : reflecting_normal(b.normal, b.geometric_normal, wo);
-#else
-    return b.normal;
-#endif
+    return !kGlossy || b.eta > 0.0 ? b.normal : reflecting_normal(b.normal, b.geometric_normal, wo);
 }
 
-// Returns the reflectance below the coat, with the Fresnel terms of normal incidence. The factors of rough lobes contain
-// the gain for multiple scattering, so they are multiplied by the lobe's albedo. Only a film may exceed 1.
+// Returns the reflectance below the coat, with the Fresnel terms of normal incidence. The factors of rough lobes
+// contain the gain for multiple scattering, so they are multiplied by the lobe's albedo. Only a film may exceed 1.
 vec3 reflectance(Bsdf b, vec3 wo) {
     precise vec3 sum = b.diffuse;  // terms of lobes that no material has must not change bits
-#if HALFLIGHT_DIFFUSE_TRANSMISSION
-    sum += b.diffuse_through;
-#endif
-#if HALFLIGHT_GLOSSY
-    vec3 n = base_normal(b, wo);
-    vec2 albedo = ggx_albedo(dot(n, wo), b.alpha);
-#if HALFLIGHT_ANISOTROPY
-    if (b.alpha != b.alpha_across)
-        albedo = ggx_albedo(wo * bent_basis(b.normal, b.rough_direction, n), vec2(b.alpha, b.alpha_across));
-#endif
-    float whole = b.alpha > 0.0 ? albedo.x + albedo.y : 1.0;
-    sum += b.specular * whole + b.transmission * (b.eta > 0.0 ? 1.0 : whole);
-#if HALFLIGHT_IRIDESCENCE
-    sum += film_reflection(b, 1.0) * whole;
-#endif
-#endif
+    if (kDiffuseTransmission) sum += b.diffuse_through;
+    if (kGlossy) {
+        vec3 n = base_normal(b, wo);
+        vec2 albedo = ggx_albedo(dot(n, wo), b.alpha);
+        if (kAnisotropy && b.alpha != b.alpha_across)
+            albedo = ggx_albedo(wo * bent_basis(b.normal, b.rough_direction, n), vec2(b.alpha, b.alpha_across));
+        float whole = b.alpha > 0.0 ? albedo.x + albedo.y : 1.0;
+        sum += b.specular * whole + b.transmission * (b.eta > 0.0 ? 1.0 : whole);
+        if (kIridescence) sum += film_reflection(b, 1.0) * whole;
+    }
     return sum;
 }
 
 // Returns the component that a uniform number selects; a constant where the scene has only one.
-bool picks_diffuse(Bsdf b, float choice) {
-#if !HALFLIGHT_DIFFUSE
-    return false;
-#elif !HALFLIGHT_GLOSSY
-    return true;
-#else
-    return choice < b.p_diffuse;
-#endif
-}
+bool picks_diffuse(Bsdf b, float choice) { return kDiffuse && (!kGlossy || choice < b.p_diffuse); }
 
 // Returns the probability of the specular lobe among the glossy lobes.
 float p_specular(Bsdf b) { return max(1.0 - b.p_transmission - b.p_coat - b.p_sheen, 0.0); }
@@ -79,19 +59,19 @@ BsdfValue evaluate_bsdf(Bsdf b, vec3 wo, vec3 wi) {
     BsdfValue value;
     value.pdf_diffuse = 0.0;
     value.diffuse = vec3(0.0);
-#if HALFLIGHT_DIFFUSE
-    value.pdf_diffuse = reflected ? side_n * 0.318309886184 : 0.0;
-    value.diffuse = b.diffuse * value.pdf_diffuse;
-#if HALFLIGHT_DIFFUSE_TRANSMISSION
-    bool passes = side_g < 0.0 && side_n < 0.0;
-    float lambert = passes ? side_n * -0.318309886184 : value.pdf_diffuse;
-    value.diffuse = (passes ? b.diffuse_through : b.diffuse) * lambert;
-    value.pdf_diffuse = (passes ? b.p_through : 1.0 - b.p_through) * lambert;
-#endif
-#endif
+    if (kDiffuse) {
+        value.pdf_diffuse = reflected ? side_n * 0.318309886184 : 0.0;
+        value.diffuse = b.diffuse * value.pdf_diffuse;
+    }
+    if (kDiffuseTransmission) {
+        bool passes = side_g < 0.0 && side_n < 0.0;
+        float lambert = passes ? side_n * -0.318309886184 : value.pdf_diffuse;
+        value.diffuse = (passes ? b.diffuse_through : b.diffuse) * lambert;
+        value.pdf_diffuse = (passes ? b.p_through : 1.0 - b.p_through) * lambert;
+    }
     value.glossy = vec3(0.0);
     value.pdf_glossy = 0.0;
-#if HALFLIGHT_GLOSSY
+    if (!kGlossy) return value;
     vec3 n = base_normal(b, wo);
     side_n = dot(n, wi);
     bool base_reflects = side_g > 0.0 && side_n > 0.0;
@@ -100,32 +80,23 @@ BsdfValue evaluate_bsdf(Bsdf b, vec3 wo, vec3 wi) {
     vec3 edge = b.specular_edge;
     float p = p_specular(b);
     vec3 folded = wi;
-#if HALFLIGHT_TRANSMISSION
-    bool transmitted = b.eta == 0.0 && side_g < 0.0 && side_n < 0.0;
-    lobe = lobe || transmitted;
-    scale = transmitted ? b.transmission : scale;
-    edge = transmitted ? vec3(0.0) : edge;
-    p = transmitted ? b.p_transmission : p;
-    folded = transmitted ? wi - 2.0 * side_n * n : wi;
-#endif
+    bool transmitted = kTransmission && b.eta == 0.0 && side_g < 0.0 && side_n < 0.0;
+    if (kTransmission) {
+        lobe = lobe || transmitted;
+        scale = transmitted ? b.transmission : scale;
+        edge = transmitted ? vec3(0.0) : edge;
+        p = transmitted ? b.p_transmission : p;
+        folded = transmitted ? wi - 2.0 * side_n * n : wi;
+    }
     if (lobe && b.alpha > 0.0) {
         GgxValue ggx = ggx_evaluate(n, b.alpha, wo, folded);
-#if HALFLIGHT_ANISOTROPY
-        if (b.alpha != b.alpha_across)
+        if (kAnisotropy && b.alpha != b.alpha_across)
             ggx = ggx_evaluate(bent_basis(b.normal, b.rough_direction, n), vec2(b.alpha, b.alpha_across), wo, folded);
-#endif
         value.glossy = ggx.scattered * (scale + edge * ggx.schlick);
-#if HALFLIGHT_IRIDESCENCE
-        vec3 film = film_reflection(b, ggx.x);
-#if HALFLIGHT_TRANSMISSION
-        film = transmitted ? vec3(0.0) : film;
-#endif
-        value.glossy += ggx.scattered * film;
-#endif
+        if (kIridescence) value.glossy += ggx.scattered * (transmitted ? vec3(0.0) : film_reflection(b, ggx.x));
         value.pdf_glossy = p * ggx.pdf;
     }
-#if HALFLIGHT_VOLUME
-    if (b.eta > 0.0 && !is_solid_mirror(b)) {
+    if (kVolume && b.eta > 0.0 && !is_solid_mirror(b)) {
         if (reflected) {
             GgxValue ggx = ggx_evaluate(b.normal, b.alpha_across, wo, wi);
             float fresnel = solid_fresnel(b, max(dot(wo, normalize(wo + wi)), 0.0));
@@ -138,21 +109,15 @@ BsdfValue evaluate_bsdf(Bsdf b, vec3 wo, vec3 wi) {
             value.pdf_glossy += b.p_transmission * passed * refracted.pdf;
         }
     }
-#endif
-#if HALFLIGHT_CLEARCOAT
-    if (b.coat > 0.0 && b.coat_alpha > 0.0 && side_g > 0.0 && dot(b.coat_normal, wi) > 0.0) {
+    if (kClearcoat && b.coat > 0.0 && b.coat_alpha > 0.0 && side_g > 0.0 && dot(b.coat_normal, wi) > 0.0) {
         GgxValue ggx = ggx_evaluate(b.coat_normal, b.coat_alpha, wo, wi);
         value.glossy += vec3(ggx.scattered * b.coat * mix(ggx.schlick, 1.0, kCoatF0)) * b.coat_tint;
         value.pdf_glossy += b.p_coat * ggx.pdf;
     }
-#endif
-#if HALFLIGHT_SHEEN
-    if (reflected && b.sheen != vec3(0.0)) {
+    if (kSheen && reflected && b.sheen != vec3(0.0)) {
         value.glossy += b.sheen * sheen_scattered(b.normal, b.sheen_alpha, wo, wi);
         value.pdf_glossy += b.p_sheen * sheen_pdf(dot(b.normal, wi), b.sheen_alpha);
     }
-#endif
-#endif
     return value;
 }
 
@@ -166,83 +131,59 @@ struct BsdfSample {
 BsdfSample sample_diffuse(Bsdf b, vec3 wo, vec2 xi, float choice) {
     vec3 local = sample_cosine(xi);
     BsdfSample s;
-#if HALFLIGHT_DIFFUSE_TRANSMISSION
-    if (choice < b.p_through) {
+    if (kDiffuseTransmission && choice < b.p_through) {
         s.direction = basis_around(b.normal) * -local;
         bool passes = local.z > 0.0 && dot(s.direction, b.geometric_normal) < 0.0;
         s.pdf = passes ? local.z * 0.318309886184 * b.p_through : 0.0;
         s.weight = passes ? b.diffuse_through / b.p_through : vec3(0.0);
         return s;
     }
-#endif
     s.direction = basis_around(b.normal) * local;
     bool usable = local.z > 0.0 && dot(s.direction, b.geometric_normal) > 0.0;
     s.pdf = usable ? local.z * 0.318309886184 : 0.0;
     s.weight = usable ? b.diffuse : vec3(0.0);
-#if HALFLIGHT_DIFFUSE_TRANSMISSION
-    s.pdf *= 1.0 - b.p_through;
-    s.weight /= 1.0 - b.p_through;
-#endif
+    if (kDiffuseTransmission) {
+        s.pdf *= 1.0 - b.p_through;
+        s.weight /= 1.0 - b.p_through;
+    }
     return s;
 }
 
-#if HALFLIGHT_VOLUME
 // Returns the direction that a microfacet reflects or refracts. `split`, uniform in [0, 1), decides which.
 vec3 solid_direction(Bsdf b, vec3 wo, vec3 facet, float split, out bool refracted) {
     float x = dot(wo, facet);
     refracted = split >= solid_fresnel(b, clamp(x, 0.0, 1.0));
     return refracted ? refracted_direction(wo, facet, b.eta) : normalize(2.0 * x * facet - wo);
 }
-#endif
 
 // Samples a glossy direction. `choice`, uniform in [0, 1), selects specular, transmission, coat or sheen.
 BsdfSample sample_glossy(Bsdf b, vec3 wo, vec2 xi, float choice) {
-    bool coat = false;
-    bool transmitted = false;
+    bool coat = kClearcoat && choice < b.p_coat;
+    bool transmitted = kTransmission && !coat && choice < b.p_coat + b.p_transmission;
+    bool sheen = kSheen && !coat && !transmitted && choice < b.p_coat + b.p_transmission + b.p_sheen;
     vec3 n = base_normal(b, wo);
-    vec2 alpha = vec2(b.alpha);
-    float p = p_specular(b);
-#if HALFLIGHT_CLEARCOAT
-    coat = choice < b.p_coat;
-    n = coat ? b.coat_normal : n;
-    alpha = coat ? vec2(b.coat_alpha) : alpha;
-    p = coat ? b.p_coat : p;
-#endif
-#if HALFLIGHT_TRANSMISSION
-    transmitted = !coat && choice < b.p_coat + b.p_transmission;
-    p = transmitted ? b.p_transmission : p;
-#endif
-    bool sheen = false;
-#if HALFLIGHT_SHEEN
-    sheen = !coat && !transmitted && choice < b.p_coat + b.p_transmission + b.p_sheen;
-#endif
+    n = coat ? b.coat_normal : sheen ? b.normal : n;
+    vec2 alpha = vec2(coat ? b.coat_alpha : b.alpha);
+    float p = coat ? b.p_coat : transmitted ? b.p_transmission : p_specular(b);
     bool mirror = alpha.x == 0.0 && !sheen;
-#if HALFLIGHT_SHEEN
-    n = sheen ? b.normal : n;
-#endif
     mat3 basis = basis_around(n);
-#if HALFLIGHT_ANISOTROPY
-    if (!coat && b.alpha != b.alpha_across) {
+    if (kAnisotropy && !coat && b.alpha != b.alpha_across) {
         bool solid_lobe = transmitted && b.eta > 0.0;  // isotropic
         alpha = solid_lobe ? vec2(b.alpha_across) : vec2(b.alpha, b.alpha_across);
         basis = solid_lobe ? basis : bent_basis(b.normal, b.rough_direction, n);
     }
-#endif
     vec3 wo_local = wo * basis;
     wo_local.z = max(wo_local.z, 1e-20);  // bent normals face wo; the bound covers rounding of the product
     vec3 h = mirror ? vec3(0.0, 0.0, 1.0) : sample_visible_normal(wo_local, alpha, xi);
     float x = dot(wo_local, h);
     vec3 local = 2.0 * x * h - wo_local;
-#if HALFLIGHT_SHEEN
-    local = sheen ? sample_sheen(b.sheen_alpha, xi) : local;
-#endif
+    if (kSheen) local = sheen ? sample_sheen(b.sheen_alpha, xi) : local;
     bool usable = local.z > 0.0;
     local.z = transmitted ? -local.z : local.z;
     vec3 wi = normalize(basis * local);
     float side_g = dot(wi, b.geometric_normal);
     usable = usable && (transmitted ? side_g < 0.0 : side_g > 0.0);
-#if HALFLIGHT_VOLUME
-    bool solid = transmitted && b.eta > 0.0;
+    bool solid = kVolume && transmitted && b.eta > 0.0;
     bool solid_mirror = solid && is_solid_mirror(b);
     bool refracted = false;
     if (solid) {
@@ -250,34 +191,29 @@ BsdfSample sample_glossy(Bsdf b, vec3 wo, vec2 xi, float choice) {
         float split = clamp((choice - b.p_coat) / b.p_transmission, 0.0, 1.0);
         vec3 facet = mirror ? n : basis * h;
         wi = solid_direction(b, wo, facet, split, refracted);
-        // Mirrors that would send light to the wrong side of the surface do without their shading normal.
+        // A mirror whose shading normal would send light to the wrong side of the surface uses the geometric normal.
         if (mirror && (dot(wi, b.geometric_normal) < 0.0) != refracted)
             wi = solid_direction(b, wo, b.geometric_normal, split, refracted);
         float away = refracted ? -1.0 : 1.0;
         usable = away * dot(wi, b.geometric_normal) > 0.0 && (mirror || away * dot(wi, n) > 0.0);
     }
-#endif
 
     BsdfSample s;
     s.direction = wi;
     BsdfValue value = evaluate_bsdf(b, wo, wi);
     s.pdf = usable ? value.pdf_glossy : 0.0;
     s.weight = s.pdf > 0.0 ? value.glossy / s.pdf : vec3(0.0);
-#if HALFLIGHT_VOLUME
     if (solid_mirror) {
         s.pdf = 0.0;
         s.weight = usable && p > 0.0 ? (refracted ? b.transmission : b.solid_reflection) / p : vec3(0.0);
         return s;
     }
-#endif
     if (mirror) {
         float schlick = pow5(1.0 - clamp(x, 0.0, 1.0));
         vec3 reflectance = coat          ? vec3(b.coat * mix(schlick, 1.0, kCoatF0)) * b.coat_tint
                            : transmitted ? b.transmission
                                          : b.specular + b.specular_edge * schlick;
-#if HALFLIGHT_IRIDESCENCE
-        if (!coat && !transmitted) reflectance += film_reflection(b, x);
-#endif
+        if (kIridescence && !coat && !transmitted) reflectance += film_reflection(b, x);
         s.pdf = 0.0;
         s.weight = usable && p > 0.0 ? reflectance / p : vec3(0.0);
     }

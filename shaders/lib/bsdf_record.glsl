@@ -1,4 +1,5 @@
 // The BSDF at one vertex for one outgoing direction, and its rows in surface records and for path reuse.
+#include "shaders/lib/lobes.glsl"
 #include "shaders/shared/surface_rows.h"
 
 // The material for one wo. All factors that depend on wo alone are included: Fresnel, multiple scattering, coat.
@@ -82,15 +83,13 @@ float make_met_pane(inout Bsdf b) {
     vec3 straight = straight_transmission(b);
     float scale = 1.0 / (1.0 - pane_chance(straight));
     if (straight != vec3(0.0)) {
-        float others = 1.0 - b.p_transmission;  // of the glossy lobes
+        float others = 1.0 - b.p_transmission;  // probability of the other glossy lobes
         b.transmission = vec3(0.0);
         b.p_transmission = 0.0;
         b.p_coat = others > 0.0 ? min(b.p_coat / others, 1.0) : 0.0;
         b.p_sheen = others > 0.0 ? min(b.p_sheen / others, 1.0) : 0.0;
         float glossy = (1.0 - b.p_diffuse) * others;
-#if HALFLIGHT_DIFFUSE
-        b.p_diffuse = glossy > 0.0 ? b.p_diffuse / (b.p_diffuse + glossy) : 1.0;
-#endif
+        if (kDiffuse) b.p_diffuse = glossy > 0.0 ? b.p_diffuse / (b.p_diffuse + glossy) : 1.0;
     }
     scale_lobes(b, vec3(scale));
     return scale;
@@ -113,37 +112,30 @@ vec4[kBsdfRows] pack_bsdf(Bsdf b) {
     rows[0] = vec4(b.geometric_normal, b.p_diffuse);
     rows[1] = vec4(b.normal, b.alpha);
     rows[2] = vec4(b.diffuse, b.p_transmission);
-#if HALFLIGHT_GLOSSY
-    rows[HALFLIGHT_GLOSSY_ROW] = vec4(b.specular, b.p_coat);
-    rows[HALFLIGHT_GLOSSY_ROW + 1] = vec4(b.specular_edge, b.coat_alpha);
-#endif
-#if HALFLIGHT_TRANSMISSION
-    rows[HALFLIGHT_TRANSMISSION_ROW] = vec4(b.transmission, b.solid_specular);
-#endif
-#if HALFLIGHT_CLEARCOAT
-    rows[HALFLIGHT_CLEARCOAT_ROW] = vec4(b.coat_normal, b.coat);
-#endif
-#if HALFLIGHT_SHEEN
-    rows[HALFLIGHT_SHEEN_ROW] = vec4(b.sheen, b.sheen_alpha);
-    rows[HALFLIGHT_SHEEN_ROW + 1] = vec4(b.p_sheen, 0.0, 0.0, 0.0);
-#endif
-#if HALFLIGHT_ANISOTROPY
-    rows[HALFLIGHT_ANISOTROPY_ROW] = vec4(b.rough_direction, b.alpha_across);
-#endif
-#if HALFLIGHT_IRIDESCENCE
-    rows[HALFLIGHT_IRIDESCENCE_ROW] = vec4(b.film_dielectric, b.film_ior);
-    rows[HALFLIGHT_IRIDESCENCE_ROW + 1] = vec4(b.film_metal, b.film_thickness);
-    rows[HALFLIGHT_IRIDESCENCE_ROW + 2] = vec4(b.film_dielectric_f0, 0.0);
-    rows[HALFLIGHT_IRIDESCENCE_ROW + 3] = vec4(b.film_metal_f0, 0.0);
-#endif
-#if HALFLIGHT_VOLUME
-    rows[HALFLIGHT_VOLUME_ROW] = vec4(b.solid_reflection, b.eta);
-    rows[HALFLIGHT_VOLUME_ROW + 1] = vec4(b.absorption, b.thickness);
-    rows[HALFLIGHT_VOLUME_ROW + 2] = vec4(b.coat_tint, b.disperses ? -b.solid_gain : b.solid_gain);
-#endif
-#if HALFLIGHT_DIFFUSE_TRANSMISSION
-    rows[HALFLIGHT_DIFFUSE_TRANSMISSION_ROW] = vec4(b.diffuse_through, b.p_through);
-#endif
+    if (kGlossy) {
+        rows[HALFLIGHT_GLOSSY_ROW] = vec4(b.specular, b.p_coat);
+        rows[HALFLIGHT_GLOSSY_ROW + 1] = vec4(b.specular_edge, b.coat_alpha);
+    }
+    if (kTransmission) rows[HALFLIGHT_TRANSMISSION_ROW] = vec4(b.transmission, b.solid_specular);
+    if (kClearcoat) rows[HALFLIGHT_CLEARCOAT_ROW] = vec4(b.coat_normal, b.coat);
+    if (kSheen) {
+        rows[HALFLIGHT_SHEEN_ROW] = vec4(b.sheen, b.sheen_alpha);
+        rows[HALFLIGHT_SHEEN_ROW + 1] = vec4(b.p_sheen, 0.0, 0.0, 0.0);
+    }
+    if (kAnisotropy) rows[HALFLIGHT_ANISOTROPY_ROW] = vec4(b.rough_direction, b.alpha_across);
+    if (kIridescence) {
+        int row = HALFLIGHT_IRIDESCENCE_ROW;  // no constant, because scenes without films have fewer rows
+        rows[row] = vec4(b.film_dielectric, b.film_ior);
+        rows[row + 1] = vec4(b.film_metal, b.film_thickness);
+        rows[row + 2] = vec4(b.film_dielectric_f0, 0.0);
+        rows[row + 3] = vec4(b.film_metal_f0, 0.0);
+    }
+    if (kVolume) {
+        rows[HALFLIGHT_VOLUME_ROW] = vec4(b.solid_reflection, b.eta);
+        rows[HALFLIGHT_VOLUME_ROW + 1] = vec4(b.absorption, b.thickness);
+        rows[HALFLIGHT_VOLUME_ROW + 2] = vec4(b.coat_tint, b.disperses ? -b.solid_gain : b.solid_gain);
+    }
+    if (kDiffuseTransmission) rows[HALFLIGHT_DIFFUSE_TRANSMISSION_ROW] = vec4(b.diffuse_through, b.p_through);
     return rows;
 }
 
@@ -176,49 +168,50 @@ Bsdf unpack_bsdf(vec4 rows[kBsdfRows]) {
     make_thin(b);
     b.diffuse_through = vec3(0.0);
     b.p_through = 0.0;
-#if HALFLIGHT_GLOSSY
-    b.specular = rows[HALFLIGHT_GLOSSY_ROW].rgb;
-    b.p_coat = rows[HALFLIGHT_GLOSSY_ROW].w;
-    b.specular_edge = rows[HALFLIGHT_GLOSSY_ROW + 1].rgb;
-    b.coat_alpha = rows[HALFLIGHT_GLOSSY_ROW + 1].w;
-#endif
-#if HALFLIGHT_TRANSMISSION
-    b.transmission = rows[HALFLIGHT_TRANSMISSION_ROW].rgb;
-    b.solid_specular = rows[HALFLIGHT_TRANSMISSION_ROW].w;
-#endif
-#if HALFLIGHT_CLEARCOAT
-    b.coat_normal = rows[HALFLIGHT_CLEARCOAT_ROW].xyz;
-    b.coat = rows[HALFLIGHT_CLEARCOAT_ROW].w;
-#endif
-#if HALFLIGHT_SHEEN
-    b.sheen = rows[HALFLIGHT_SHEEN_ROW].rgb;
-    b.sheen_alpha = rows[HALFLIGHT_SHEEN_ROW].w;
-    b.p_sheen = rows[HALFLIGHT_SHEEN_ROW + 1].x;
-#endif
-#if HALFLIGHT_ANISOTROPY
-    b.rough_direction = rows[HALFLIGHT_ANISOTROPY_ROW].xyz;
-    b.alpha_across = rows[HALFLIGHT_ANISOTROPY_ROW].w;
-#endif
-#if HALFLIGHT_IRIDESCENCE
-    b.film_dielectric = rows[HALFLIGHT_IRIDESCENCE_ROW].rgb;
-    b.film_ior = rows[HALFLIGHT_IRIDESCENCE_ROW].w;
-    b.film_metal = rows[HALFLIGHT_IRIDESCENCE_ROW + 1].rgb;
-    b.film_thickness = rows[HALFLIGHT_IRIDESCENCE_ROW + 1].w;
-    b.film_dielectric_f0 = rows[HALFLIGHT_IRIDESCENCE_ROW + 2].rgb;
-    b.film_metal_f0 = rows[HALFLIGHT_IRIDESCENCE_ROW + 3].rgb;
-#endif
-#if HALFLIGHT_VOLUME
-    b.solid_reflection = rows[HALFLIGHT_VOLUME_ROW].rgb;
-    b.eta = rows[HALFLIGHT_VOLUME_ROW].w;
-    b.absorption = rows[HALFLIGHT_VOLUME_ROW + 1].rgb;
-    b.thickness = rows[HALFLIGHT_VOLUME_ROW + 1].w;
-    b.coat_tint = rows[HALFLIGHT_VOLUME_ROW + 2].rgb;
-    b.solid_gain = abs(rows[HALFLIGHT_VOLUME_ROW + 2].w);
-    b.disperses = rows[HALFLIGHT_VOLUME_ROW + 2].w < 0.0;
-#endif
-#if HALFLIGHT_DIFFUSE_TRANSMISSION
-    b.diffuse_through = rows[HALFLIGHT_DIFFUSE_TRANSMISSION_ROW].rgb;
-    b.p_through = rows[HALFLIGHT_DIFFUSE_TRANSMISSION_ROW].w;
-#endif
+    if (kGlossy) {
+        b.specular = rows[HALFLIGHT_GLOSSY_ROW].rgb;
+        b.p_coat = rows[HALFLIGHT_GLOSSY_ROW].w;
+        b.specular_edge = rows[HALFLIGHT_GLOSSY_ROW + 1].rgb;
+        b.coat_alpha = rows[HALFLIGHT_GLOSSY_ROW + 1].w;
+    }
+    if (kTransmission) {
+        b.transmission = rows[HALFLIGHT_TRANSMISSION_ROW].rgb;
+        b.solid_specular = rows[HALFLIGHT_TRANSMISSION_ROW].w;
+    }
+    if (kClearcoat) {
+        b.coat_normal = rows[HALFLIGHT_CLEARCOAT_ROW].xyz;
+        b.coat = rows[HALFLIGHT_CLEARCOAT_ROW].w;
+    }
+    if (kSheen) {
+        b.sheen = rows[HALFLIGHT_SHEEN_ROW].rgb;
+        b.sheen_alpha = rows[HALFLIGHT_SHEEN_ROW].w;
+        b.p_sheen = rows[HALFLIGHT_SHEEN_ROW + 1].x;
+    }
+    if (kAnisotropy) {
+        b.rough_direction = rows[HALFLIGHT_ANISOTROPY_ROW].xyz;
+        b.alpha_across = rows[HALFLIGHT_ANISOTROPY_ROW].w;
+    }
+    if (kIridescence) {
+        int row = HALFLIGHT_IRIDESCENCE_ROW;  // no constant, because scenes without films have fewer rows
+        b.film_dielectric = rows[row].rgb;
+        b.film_ior = rows[row].w;
+        b.film_metal = rows[row + 1].rgb;
+        b.film_thickness = rows[row + 1].w;
+        b.film_dielectric_f0 = rows[row + 2].rgb;
+        b.film_metal_f0 = rows[row + 3].rgb;
+    }
+    if (kVolume) {
+        b.solid_reflection = rows[HALFLIGHT_VOLUME_ROW].rgb;
+        b.eta = rows[HALFLIGHT_VOLUME_ROW].w;
+        b.absorption = rows[HALFLIGHT_VOLUME_ROW + 1].rgb;
+        b.thickness = rows[HALFLIGHT_VOLUME_ROW + 1].w;
+        b.coat_tint = rows[HALFLIGHT_VOLUME_ROW + 2].rgb;
+        b.solid_gain = abs(rows[HALFLIGHT_VOLUME_ROW + 2].w);
+        b.disperses = rows[HALFLIGHT_VOLUME_ROW + 2].w < 0.0;
+    }
+    if (kDiffuseTransmission) {
+        b.diffuse_through = rows[HALFLIGHT_DIFFUSE_TRANSMISSION_ROW].rgb;
+        b.p_through = rows[HALFLIGHT_DIFFUSE_TRANSMISSION_ROW].w;
+    }
     return b;
 }

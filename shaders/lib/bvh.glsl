@@ -29,8 +29,8 @@ vec4 page_cells(uint word) {
     return vec4(ivec4(word & 0xffu, (word >> 8) & 0xffu, (word >> 16) & 0xffu, word >> 24));
 }
 
-// Returns where a ray passes four planes. `start`, `step`: where it passes the base of the cells, and how far it is from
-// cell to cell.
+// Returns where a ray passes four planes. `start`, `step`: where it passes the base of the cells, and how far it is
+// from cell to cell.
 vec4 page_planes(uint word, float start, float step) {
     precise vec4 planes = start + page_cells(word) * step;
     return planes;
@@ -92,7 +92,7 @@ BvhStep bvh_step(BoxRay ray, uint node, float t_min, float t_exit, bvec4 slots) 
         uvec4 codes = uvec4(z.w & 0xffu, (z.w >> 8) & 0xffu, (z.w >> 16) & 0xffu, z.w >> 24);
         uvec4 offsets = codes & kBvhPageNoChild;
         s.reference = (node + z.z) + offsets + ((codes - offsets) << (kBvhPageCountShift - kBvhPageOffsetBits));
-        // The box of a missing child is empty, but smaller than the slack where the node is small.
+        // The box of a missing child is empty, but smaller than the slack if the node is small.
         hits.met = bvec4(uvec4(hits.met) & uvec4(notEqual(codes, uvec4(kBvhPageNoChild))));
     } else {
         int texel = index * kBvhGridTexels;

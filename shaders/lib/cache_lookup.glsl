@@ -1,22 +1,16 @@
-// Cells of the radiance cache. Include after `buffer ... { CacheCell cells[]; }`. Variants: HALFLIGHT_CACHE_ASKED (for cells),
-// HALFLIGHT_CACHE_TAKEN (cells are read only, and bound here as texels: storage blocks are scarce).
+// Cells of the radiance cache. Include after `buffer ... { CacheCell cells[]; }`. Variants: HALFLIGHT_CACHE_ASKED (cells
+// can be requested), HALFLIGHT_CACHE_TAKEN (cells are read only, as texels: storage blocks are scarce).
 #include "shaders/lib/hash.glsl"
 #include "shaders/shared/cache_cells.h"
 
-#if HALFLIGHT_CACHE_TAKEN
-uniform usamplerBuffer cells;  // R32UI: kCacheCellWords words per cell
+const bool kCellTexels = HALFLIGHT_CACHE_TAKEN != 0;
+uniform usamplerBuffer cell_words;  // R32UI: kCacheCellWords words per cell
 
-uint cell_word(uint cell, int word) { return texelFetch(cells, int(cell) * kCacheCellWords + word).x; }
-uint cell_key(uint cell) { return cell_word(cell, kCacheKeyWord); }
-uint cell_count(uint cell) { return cell_word(cell, kCacheCountWord); }
-uint cell_low(uint cell, int channel) { return cell_word(cell, kCacheLowWord + channel); }
-uint cell_high(uint cell, int channel) { return cell_word(cell, kCacheHighWord + channel); }
-#else
-uint cell_key(uint cell) { return cells[cell].key; }
-uint cell_count(uint cell) { return cells[cell].count; }
-uint cell_low(uint cell, int channel) { return cells[cell].low[channel]; }
-uint cell_high(uint cell, int channel) { return cells[cell].high[channel]; }
-#endif
+uint cell_word(uint cell, int word) { return texelFetch(cell_words, int(cell) * kCacheCellWords + word).x; }
+uint cell_key(uint cell) { return kCellTexels ? cell_word(cell, kCacheKeyWord) : cells[cell].key; }
+uint cell_count(uint cell) { return kCellTexels ? cell_word(cell, kCacheCountWord) : cells[cell].count; }
+uint cell_low(uint cell, int i) { return kCellTexels ? cell_word(cell, kCacheLowWord + i) : cells[cell].low[i]; }
+uint cell_high(uint cell, int i) { return kCellTexels ? cell_word(cell, kCacheHighWord + i) : cells[cell].high[i]; }
 
 // A cell's length, before it is rounded up to a power of two, over the cell's distance from the camera.
 const float kCacheAngle = 1.0 / 16.0;
@@ -68,7 +62,7 @@ struct CacheFind {
     uint count;  // number of samples in the cell
 };
 
-// Finds a key's cell. No cell is fed meanwhile, so that all searches agree. The search ends at a free cell. Where cells
+// Finds a key's cell. No cell is fed meanwhile, so that all searches agree. The search ends at a free cell. If cells
 // before it have been freed, a key gets another cell, and its old one is not found any more.
 CacheFind find_cell(CacheKey k) {
     CacheFind found = CacheFind(kNoCacheCell, kNoCacheCell, 0u);
@@ -88,13 +82,19 @@ CachePoint cache_point(int levels, vec3 weight) {
     return CachePoint(vec3(0.0), uint(levels), vec3(0.0), 0u, weight, 0u, 0u, kNoCacheCell, kNoCacheCell, kNoCacheCell);
 }
 
+// Requests an unused cell. The largest of several keys gets it, in any order.
 #if HALFLIGHT_CACHE_ASKED
+void request_cell(uint cell, uint key) { atomicMax(cells[cell].key, key); }
+#else
+void request_cell(uint cell, uint key) {}
+#endif
+
 // Share of paths that continue at a mature cell, to feed it.
 const float kCacheFed = 1.0 / 8.0;
 
 // Finds the point's cells. Returns true if the shortest one is mature and `choice` (uniform) lets the path end.
-// Otherwise the path feeds cells of all levels and requests those that are missing. The largest of several keys gets a
-// cell, in any order; the others request another one with the next sample.
+// Otherwise the path feeds cells of all levels and requests those that are missing. Keys that do not get a cell request
+// another one with the next sample.
 bool find_cells(vec3 position, vec3 normal, int finest, float choice, inout CachePoint point) {
     CacheKey key = cache_key(position, normal, finest);
     CacheFind found = find_cell(key);
@@ -104,7 +104,7 @@ bool find_cells(vec3 position, vec3 normal, int finest, float choice, inout Cach
     for (int level = 0; level < kCacheLevels; ++level) {
         key = cache_key(position, normal, finest + level);
         found = find_cell(key);
-        if (found.cell == kNoCacheCell && found.free != kNoCacheCell) atomicMax(cells[found.free].key, key.key);
+        if (found.cell == kNoCacheCell && found.free != kNoCacheCell) request_cell(found.free, key.key);
         uint cell = found.cell != kNoCacheCell ? found.cell : found.free;
         if (level == 0) point.key0 = key.key, point.cell0 = cell;
         if (level == 1) point.key1 = key.key, point.cell1 = cell;
@@ -112,9 +112,8 @@ bool find_cells(vec3 position, vec3 normal, int finest, float choice, inout Cach
     }
     return false;
 }
-#endif
 
-// Returns the shortest cell of the `levels` finest ones that has enough samples; kNoCacheCell where none has.
+// Returns the shortest cell of the `levels` finest ones that has enough samples; kNoCacheCell if none has.
 uint known_cell(vec3 position, vec3 normal, int finest, int levels) {
     uint known = kNoCacheCell;
     for (int level = 0; level < levels && known == kNoCacheCell; ++level) {

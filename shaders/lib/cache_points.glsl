@@ -1,5 +1,5 @@
 // Second vertices of paths, for the kernels that feed the radiance cache and those that read it. Include after the
-// blocks `points[]` and, with HALFLIGHT_PENDING, `occluded[]`, `sun_occluded[]` and `sun_light[]` (HALFLIGHT_SUN).
+// blocks `points[]`, `occluded[]`, `sun_occluded[]` and `sun_light[]`; without HALFLIGHT_PENDING, only `points[]` is read.
 #include "shaders/lib/occlusion.glsl"
 #include "shaders/lib/sun_light.glsl"
 #include "shaders/shared/path_state.h"
@@ -9,13 +9,9 @@
 // Returns the complete CachePoint::light of a path that feeds the cache.
 vec3 found_light(PathState state, CachePoint point, uint path) {
     vec3 light = point.light;
-#if HALFLIGHT_PENDING
-    bool answers = state.pending_light != 0u;
+    bool answers = HALFLIGHT_PENDING != 0 && state.pending_light != 0u;
     if (answers) light += answered_light(point.pending, occluded[path]);
-#if HALFLIGHT_SUN
-    if (answers) light += answered_light(sun_light[given_sun_light(path)].rgb, sun_occluded[path]);
-#endif
-#endif
+    if (kSun && answers) light += answered_light(sun_light[given_sun_light(path)].rgb, sun_occluded[path]);
     return light;
 }
 

@@ -85,7 +85,7 @@ vec3 camera_direction(Frame frame, uint path, vec3 point) {
     return frame.camera_position.w != 0.0 ? normalize(point - origin) : along;
 }
 
-// Returns the depth of a point that a path's camera ray meets: along the camera's axis, or where the projection is
+// Returns the depth of a point that a path's camera ray meets: along the camera's axis, or if the projection is
 // curved, along the ray.
 float camera_depth(Frame frame, uint path, vec3 point) {
     if (kOptics && frame.optics.projection != kPerspective)

@@ -4,6 +4,9 @@
 #include "shaders/shared/arctangent.h"
 #include "shaders/shared/environment_texels.h"
 
+const bool kEnvironment = HALFLIGHT_ENVIRONMENT != 0;
+const bool kEnvironmentMap = HALFLIGHT_ENVIRONMENT_MAP != 0;  // else, its radiance is uniform
+
 // Returns u = atan2(d.z, d.x) / 2pi + 0.5, v = acos(d.y) / pi. acos is computed by the arctangent, because it loses half
 // of its bits at the poles.
 vec2 environment_uv(vec3 d) {
@@ -12,7 +15,6 @@ vec2 environment_uv(vec3 d) {
     return vec2(longitude + 0.5, arctangent(around, d.y) * 0.318309886184);
 }
 
-#if HALFLIGHT_ENVIRONMENT_MAP
 ivec2 environment_size() { return ivec2(texelFetch(environment_warp, 2).yz); }
 vec3 environment_texel(int x, int y, ivec2 size) { return texelFetch(environment_map, y * size.x + x).rgb; }
 
@@ -33,20 +35,13 @@ vec3 environment_texel_blend(vec2 uv) {
     vec3 e = environment_texel(right, bottom, size);
     return mix(mix(a, b, f.x), mix(d, e, f.x), f.y);
 }
-#endif
 
 // Returns the radiance from direction d, of unit length.
 vec3 environment_radiance(vec3 d) {
-#if HALFLIGHT_ENVIRONMENT_MAP
-    return environment_texel_blend(environment_uv(d));
-#elif HALFLIGHT_ENVIRONMENT
-    return texelFetch(environment_warp, 1).rgb;
-#else
-    return vec3(0.0);
-#endif
+    if (kEnvironmentMap) return environment_texel_blend(environment_uv(d));
+    return kEnvironment ? texelFetch(environment_warp, 1).rgb : vec3(0.0);
 }
 
-#if HALFLIGHT_ENVIRONMENT_MAP
 // Header of the table (shaders/shared/environment_texels.h).
 struct EnvironmentLayout {
     vec2 cells;  // columns, rows
@@ -137,22 +132,18 @@ float texel_density(EnvironmentLayout l, float probability, float mean, vec3 rad
 }
 
 float mean_of_texel(mat3 rows) { return dot(kTexelMean, rows * kTexelMean); }
-#endif
 
 // Returns the illuminance that the environment gives a surface with a normal if nothing is in between, lux.
 float environment_illuminance(vec3 normal) {
-#if HALFLIGHT_ENVIRONMENT_MAP
-    return texelFetch(environment_warp, environment_lobe(environment_layout(), normal)).x;
-#elif HALFLIGHT_ENVIRONMENT
-    return texelFetch(environment_warp, 1).w;
-#else
-    return 0.0;
-#endif
+    if (kEnvironmentMap) return texelFetch(environment_warp, environment_lobe(environment_layout(), normal)).x;
+    return kEnvironment ? texelFetch(environment_warp, 1).w : 0.0;
 }
+
+const float kUniformDensity = 0.0795774715459;  // 1 / (4 pi)
 
 // Returns the density per solid angle with which sample_environment() selects direction d (unit).
 float environment_density(vec3 normal, vec3 d) {
-#if HALFLIGHT_ENVIRONMENT_MAP
+    if (!kEnvironmentMap) return kEnvironment ? kUniformDensity : 0.0;
     EnvironmentLayout l = environment_layout();
     // An atan rounded beyond pi leaves [0, 1] at either end.
     ivec2 cell = ivec2(clamp(floor(environment_uv(d) * l.cells), vec2(0.0), l.cells - 1.0));
@@ -180,11 +171,6 @@ float environment_density(vec3 normal, vec3 d) {
         return texel_density(l, density, mean, environment_radiance(d), length(d.xz));
     }
     return cell_density(l, density, length(d.xz));
-#elif HALFLIGHT_ENVIRONMENT
-    return 0.0795774715459;
-#else
-    return 0.0;
-#endif
 }
 
 struct EnvironmentSample {
@@ -196,7 +182,12 @@ struct EnvironmentSample {
 // Samples a direction for a receiver's normal by a point of the unit square.
 EnvironmentSample sample_environment(vec3 normal, vec2 xi) {
     EnvironmentSample s;
-#if HALFLIGHT_ENVIRONMENT_MAP
+    if (!kEnvironmentMap) {
+        s.direction = sphere_direction(1.0 - 2.0 * xi.y, xi.x);
+        s.radiance = texelFetch(environment_warp, 1).rgb;
+        s.density = kUniformDensity;
+        return s;
+    }
     EnvironmentLayout l = environment_layout();
     int in_lobe = environment_lobe(l, normal) + 1;
     int in_level = l.block_level;
@@ -233,10 +224,5 @@ EnvironmentSample sample_environment(vec3 normal, vec2 xi) {
     s.radiance = environment_texel_blend(uv);
     s.density = cells_are_texels(l) ? texel_density(l, density, mean, s.radiance, sine)
                                     : cell_density(l, density, sine);
-#else
-    s.direction = sphere_direction(1.0 - 2.0 * xi.y, xi.x);
-    s.radiance = texelFetch(environment_warp, 1).rgb;
-    s.density = 0.0795774715459;
-#endif
     return s;
 }

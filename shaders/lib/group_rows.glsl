@@ -5,10 +5,6 @@
 // G is HALFLIGHT_LIGHT_GROUPS.
 #include "shaders/shared/word.h"
 
-#if HALFLIGHT_REUSE
-const uint kGroupRows = 1u + 2u * HALFLIGHT_LIGHT_GROUPS;
-#else
-const uint kGroupRows = 1u + HALFLIGHT_LIGHT_GROUPS;
-#endif
+const uint kGroupRows = 1u + uint(HALFLIGHT_LIGHT_GROUPS) * (HALFLIGHT_REUSE != 0 ? 2u : 1u);
 const uint kOwnGroups = 1u;                            // first row of the path's own light
-const uint kGivenGroups = 1u + HALFLIGHT_LIGHT_GROUPS;  // first row of the light that it gives to others
+const uint kGivenGroups = 1u + uint(HALFLIGHT_LIGHT_GROUPS);  // first row of the light that it gives to others

@@ -102,7 +102,7 @@ TrianglePoint pair_point(TriangleRay ray, PairEdges e, bool second) {
 }
 
 // Returns whether a ray meets the side of a triangle from which its corners are clockwise. `edges`: as for
-// triangle_point(), whose signs do not differ; all are zero where the triangle is edge-on, which has no such side.
+// triangle_point(), whose signs do not differ; all are zero if the triangle is edge-on, which has no such side.
 // `turned`: the corners are clockwise in the order of the edge functions.
 bool meets_back(TriangleRay ray, REAL3 edges, bool turned) {
     REAL sum = edges.x + edges.y + edges.z;

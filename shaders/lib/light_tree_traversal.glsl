@@ -2,7 +2,8 @@
 #include "shaders/shared/light_tree_rows.h"
 #include "shaders/shared/sobol.h"
 
-#if HALFLIGHT_LIGHT_TREE
+const bool kLightTree = HALFLIGHT_LIGHT_TREE != 0;
+
 LightTreeHeader light_tree_header() {
     uvec4 row = texelFetch(light_tree, 0);
     return LightTreeHeader(uintBitsToFloat(row.x), uintBitsToFloat(row.y), row.z, row.w);
@@ -105,4 +106,3 @@ float light_tree_illuminance(Receiver at) {
     precise float all = sum * uintBitsToFloat(texelFetch(light_tree, 2).x);
     return all;
 }
-#endif

@@ -1,4 +1,5 @@
 // Evaluation of the material at a surface (SHADING.md, Surfaces and BSDF). Needs shaders/scene_tables.glsl.
+#include "shaders/lib/lobes.glsl"
 #include "shaders/lib/material_properties.glsl"
 #include "shaders/lib/surface.glsl"
 
@@ -11,28 +12,24 @@ vec3 bend_normal(vec3 n, vec3 wo) {
 }
 
 vec3 mapped_normal(Surface s, uint slot, float scale) {
-#if HALFLIGHT_NORMAL_MAPS
+    if (!kNormalMaps) return s.normal;
     vec3 texel = 2.0 * data_texture(slot, s.uv0, s.uv1).xyz - 1.0;
     vec3 bitangent = cross(s.normal, s.tangent.xyz) * s.tangent.w;
     vec3 n = scale * texel.x * s.tangent.xyz + scale * texel.y * bitangent + texel.z * s.normal;
     float length_squared = dot(n, n);
     bool usable = slot != kNoTexture && s.tangent.w != 0.0 && length_squared > 0.0;
     return usable ? n * inversesqrt(length_squared) : s.normal;
-#else
-    return s.normal;
-#endif
 }
 
-#if HALFLIGHT_ANISOTROPY
 // Finds the direction of higher roughness, perpendicular to the bent normal (SHADING.md, Anisotropy).
 void find_rough_direction(inout Material m, Surface s) {
     vec2 direction = vec2(1.0, 0.0);
-#if HALFLIGHT_TEXTURE_ANISOTROPY
-    uint slot = anisotropy_texture_slot(s.material);
-    vec3 texel = data_texture(slot, s.uv0, s.uv1).rgb;
-    direction = slot != kNoTexture ? 2.0 * texel.rg - 1.0 : direction;
-    m.anisotropy *= texel.b;
-#endif
+    if (HALFLIGHT_TEXTURE_ANISOTROPY != 0) {
+        uint slot = anisotropy_texture_slot(s.material);
+        vec3 texel = data_texture(slot, s.uv0, s.uv1).rgb;
+        direction = slot != kNoTexture ? 2.0 * texel.rg - 1.0 : direction;
+        m.anisotropy *= texel.b;
+    }
     float c = cos(m.anisotropy_rotation);
     float d = sin(m.anisotropy_rotation);
     direction = vec2(c * direction.x - d * direction.y, d * direction.x + c * direction.y);
@@ -43,39 +40,27 @@ void find_rough_direction(inout Material m, Surface s) {
     m.rough_direction = usable ? along * inversesqrt(length_squared) : vec3(0.0);
     m.anisotropy = usable ? m.anisotropy : 0.0;
 }
-#endif
 
 // Returns the material with textures, vertex colours and normal maps applied. `wo` has unit length and points from the
 // surface to the origin of the ray.
 Material evaluate_material(Surface s, vec3 wo) {
     Material m = load_material(s.material);
-#if HALFLIGHT_VERTEX_COLORS
-    m.base_color *= s.color.rgb;
-#endif
-#if HALFLIGHT_TEXTURES
-    multiply_textures(m, s.material, s.uv0, s.uv1);
-#endif
+    if (kVertexColors) m.base_color *= s.color.rgb;
+    if (kTextures) multiply_textures(m, s.material, s.uv0, s.uv1);
     m.normal = s.normal;
     m.coat_normal = s.normal;
-#if HALFLIGHT_TEXTURE_NORMAL
-    m.normal = mapped_normal(s, normal_texture_slot(s.material), m.normal_scale);
-#endif
-#if HALFLIGHT_TEXTURE_CLEARCOAT_NORMAL
-    m.coat_normal = mapped_normal(s, clearcoat_normal_texture_slot(s.material), m.coat_normal_scale);
-#endif
+    if (HALFLIGHT_TEXTURE_NORMAL != 0) m.normal = mapped_normal(s, normal_texture_slot(s.material), m.normal_scale);
+    if (HALFLIGHT_TEXTURE_CLEARCOAT_NORMAL != 0)
+        m.coat_normal = mapped_normal(s, clearcoat_normal_texture_slot(s.material), m.coat_normal_scale);
     m.front = s.front;
     m.bent = dot(m.normal, wo) <= 0.0 || (m.coat > 0.0 && dot(m.coat_normal, wo) <= 0.0);
     m.normal = bend_normal(m.normal, wo);
     m.coat_normal = bend_normal(m.coat_normal, wo);
     m.rough_direction = vec3(0.0);
-#if HALFLIGHT_ANISOTROPY
-    find_rough_direction(m, s);
-#endif
-#if HALFLIGHT_UNLIT
+    if (kAnisotropy) find_rough_direction(m, s);
     if (m.unlit) {  // every property that scales a lobe is packed as 0
         m.emission = m.base_color;
         m.base_color = vec3(0.0);
     }
-#endif
     return m;
 }

@@ -113,176 +113,92 @@ struct Material {
 // Returns the factors; the caller sets the normals and the direction.
 Material load_material(uint material) {
     Material m;
-#if HALFLIGHT_UNLIT
-    m.unlit = packed_unlit(material) != 0.0;
-#else
-    m.unlit = false;
-#endif
+    m.unlit = HALFLIGHT_UNLIT != 0 ? packed_unlit(material) != 0.0 : false;
     m.base_color = packed_base_color(material).rgb;
     m.metallic = packed_metallic(material);
     m.roughness = packed_roughness(material);
-#if HALFLIGHT_TEXTURE_NORMAL
-    m.normal_scale = packed_normal_scale(material);
-#else
-    m.normal_scale = 1.0;
-#endif
-#if HALFLIGHT_EMISSION
-    m.emission = packed_emission(material);
-#else
-    m.emission = vec3(0.0, 0.0, 0.0);
-#endif
+    m.normal_scale = HALFLIGHT_TEXTURE_NORMAL != 0 ? packed_normal_scale(material) : 1.0;
+    m.emission = HALFLIGHT_EMISSION != 0 ? packed_emission(material) : vec3(0.0, 0.0, 0.0);
     m.dielectric_f0 = packed_ior(material);
     m.specular = packed_specular(material);
-#if HALFLIGHT_SPECULAR_COLOR
-    m.specular_color = packed_specular_color(material);
-#else
-    m.specular_color = vec3(1.0, 1.0, 1.0);
-#endif
-#if HALFLIGHT_CLEARCOAT
-    m.coat = packed_clearcoat(material);
-#else
-    m.coat = 0.0;
-#endif
-#if HALFLIGHT_CLEARCOAT
-    m.coat_roughness = packed_clearcoat_roughness(material);
-#else
-    m.coat_roughness = 0.0;
-#endif
-#if HALFLIGHT_TEXTURE_CLEARCOAT_NORMAL
-    m.coat_normal_scale = packed_clearcoat_normal_scale(material);
-#else
-    m.coat_normal_scale = 1.0;
-#endif
-#if HALFLIGHT_TRANSMISSION
-    m.transmission = packed_transmission(material);
-#else
-    m.transmission = 0.0;
-#endif
-#if HALFLIGHT_DIFFUSE_TRANSMISSION
-    m.diffuse_transmission = packed_diffuse_transmission(material);
-#else
-    m.diffuse_transmission = 0.0;
-#endif
-#if HALFLIGHT_DIFFUSE_TRANSMISSION
-    m.diffuse_transmission_color = packed_diffuse_transmission_color(material);
-#else
-    m.diffuse_transmission_color = vec3(1.0, 1.0, 1.0);
-#endif
-#if HALFLIGHT_VOLUME
-    m.thickness = packed_thickness(material);
-#else
-    m.thickness = 0.0;
-#endif
-#if HALFLIGHT_VOLUME
-    m.absorption = packed_attenuation_color(material);
-#else
-    m.absorption = vec3(0.0, 0.0, 0.0);
-#endif
-#if HALFLIGHT_DISPERSION
-    m.dispersion = packed_dispersion(material);
-#else
-    m.dispersion = 0.0;
-#endif
-#if HALFLIGHT_SHEEN
-    m.sheen_color = packed_sheen_color(material);
-#else
-    m.sheen_color = vec3(0.0, 0.0, 0.0);
-#endif
-#if HALFLIGHT_SHEEN
-    m.sheen_roughness = packed_sheen_roughness(material);
-#else
-    m.sheen_roughness = 0.0;
-#endif
-#if HALFLIGHT_ANISOTROPY
-    m.anisotropy = packed_anisotropy_strength(material);
-#else
-    m.anisotropy = 0.0;
-#endif
-#if HALFLIGHT_ANISOTROPY
-    m.anisotropy_rotation = packed_anisotropy_rotation(material);
-#else
-    m.anisotropy_rotation = 0.0;
-#endif
-#if HALFLIGHT_IRIDESCENCE
-    m.iridescence = packed_iridescence(material);
-#else
-    m.iridescence = 0.0;
-#endif
-#if HALFLIGHT_IRIDESCENCE
-    m.film_ior = packed_iridescence_ior(material);
-#else
-    m.film_ior = 1.3;
-#endif
-#if HALFLIGHT_IRIDESCENCE
-    m.film_thickness = packed_iridescence_thickness_minimum(material);
-#else
-    m.film_thickness = 0.0;
-#endif
-#if HALFLIGHT_IRIDESCENCE
-    m.film_thickness_range = packed_iridescence_thickness_maximum(material);
-#else
-    m.film_thickness_range = 400.0;
-#endif
+    m.specular_color = HALFLIGHT_SPECULAR_COLOR != 0 ? packed_specular_color(material) : vec3(1.0, 1.0, 1.0);
+    m.coat = HALFLIGHT_CLEARCOAT != 0 ? packed_clearcoat(material) : 0.0;
+    m.coat_roughness = HALFLIGHT_CLEARCOAT != 0 ? packed_clearcoat_roughness(material) : 0.0;
+    m.coat_normal_scale = HALFLIGHT_TEXTURE_CLEARCOAT_NORMAL != 0 ? packed_clearcoat_normal_scale(material) : 1.0;
+    m.transmission = HALFLIGHT_TRANSMISSION != 0 ? packed_transmission(material) : 0.0;
+    m.diffuse_transmission = HALFLIGHT_DIFFUSE_TRANSMISSION != 0 ? packed_diffuse_transmission(material) : 0.0;
+    m.diffuse_transmission_color = HALFLIGHT_DIFFUSE_TRANSMISSION != 0 ? packed_diffuse_transmission_color(material) : vec3(1.0, 1.0, 1.0);
+    m.thickness = HALFLIGHT_VOLUME != 0 ? packed_thickness(material) : 0.0;
+    m.absorption = HALFLIGHT_VOLUME != 0 ? packed_attenuation_color(material) : vec3(0.0, 0.0, 0.0);
+    m.dispersion = HALFLIGHT_DISPERSION != 0 ? packed_dispersion(material) : 0.0;
+    m.sheen_color = HALFLIGHT_SHEEN != 0 ? packed_sheen_color(material) : vec3(0.0, 0.0, 0.0);
+    m.sheen_roughness = HALFLIGHT_SHEEN != 0 ? packed_sheen_roughness(material) : 0.0;
+    m.anisotropy = HALFLIGHT_ANISOTROPY != 0 ? packed_anisotropy_strength(material) : 0.0;
+    m.anisotropy_rotation = HALFLIGHT_ANISOTROPY != 0 ? packed_anisotropy_rotation(material) : 0.0;
+    m.iridescence = HALFLIGHT_IRIDESCENCE != 0 ? packed_iridescence(material) : 0.0;
+    m.film_ior = HALFLIGHT_IRIDESCENCE != 0 ? packed_iridescence_ior(material) : 1.3;
+    m.film_thickness = HALFLIGHT_IRIDESCENCE != 0 ? packed_iridescence_thickness_minimum(material) : 0.0;
+    m.film_thickness_range = HALFLIGHT_IRIDESCENCE != 0 ? packed_iridescence_thickness_maximum(material) : 400.0;
     return m;
 }
 
 // Multiplies the factors by their textures, except for those that need tangents.
 void multiply_textures(inout Material m, uint material, vec2 uv0, vec2 uv1) {
-#if HALFLIGHT_TEXTURE_BASE_COLOR
-    vec4 base_color_texture = color_texture(base_color_texture_slot(material), uv0, uv1);
-    m.base_color *= base_color_texture.rgb;
-#endif
-#if HALFLIGHT_TEXTURE_METALLIC_ROUGHNESS
-    vec4 metallic_roughness_texture = data_texture(metallic_roughness_texture_slot(material), uv0, uv1);
-    m.roughness *= metallic_roughness_texture.g;
-    m.metallic *= metallic_roughness_texture.b;
-#endif
-#if HALFLIGHT_TEXTURE_EMISSION
-    vec4 emission_texture = color_texture(emission_texture_slot(material), uv0, uv1);
-    m.emission *= emission_texture.rgb;
-#endif
-#if HALFLIGHT_TEXTURE_SPECULAR
-    vec4 specular_texture = data_texture(specular_texture_slot(material), uv0, uv1);
-    m.specular *= specular_texture.a;
-#endif
-#if HALFLIGHT_TEXTURE_SPECULAR_COLOR
-    vec4 specular_color_texture = color_texture(specular_color_texture_slot(material), uv0, uv1);
-    m.specular_color *= specular_color_texture.rgb;
-#endif
-#if HALFLIGHT_TEXTURE_CLEARCOAT
-    vec4 clearcoat_texture = data_texture(clearcoat_texture_slot(material), uv0, uv1);
-    m.coat *= clearcoat_texture.r;
-#endif
-#if HALFLIGHT_TEXTURE_CLEARCOAT_ROUGHNESS
-    vec4 clearcoat_roughness_texture = data_texture(clearcoat_roughness_texture_slot(material), uv0, uv1);
-    m.coat_roughness *= clearcoat_roughness_texture.g;
-#endif
-#if HALFLIGHT_TEXTURE_TRANSMISSION
-    vec4 transmission_texture = data_texture(transmission_texture_slot(material), uv0, uv1);
-    m.transmission *= transmission_texture.r;
-#endif
-#if HALFLIGHT_TEXTURE_DIFFUSE_TRANSMISSION
-    vec4 diffuse_transmission_texture = data_texture(diffuse_transmission_texture_slot(material), uv0, uv1);
-    m.diffuse_transmission *= diffuse_transmission_texture.a;
-#endif
-#if HALFLIGHT_TEXTURE_DIFFUSE_TRANSMISSION_COLOR
-    vec4 diffuse_transmission_color_texture = color_texture(diffuse_transmission_color_texture_slot(material), uv0, uv1);
-    m.diffuse_transmission_color *= diffuse_transmission_color_texture.rgb;
-#endif
-#if HALFLIGHT_TEXTURE_SHEEN_COLOR
-    vec4 sheen_color_texture = color_texture(sheen_color_texture_slot(material), uv0, uv1);
-    m.sheen_color *= sheen_color_texture.rgb;
-#endif
-#if HALFLIGHT_TEXTURE_SHEEN_ROUGHNESS
-    vec4 sheen_roughness_texture = data_texture(sheen_roughness_texture_slot(material), uv0, uv1);
-    m.sheen_roughness *= sheen_roughness_texture.a;
-#endif
-#if HALFLIGHT_TEXTURE_IRIDESCENCE
-    vec4 iridescence_texture = data_texture(iridescence_texture_slot(material), uv0, uv1);
-    m.iridescence *= iridescence_texture.r;
-#endif
-#if HALFLIGHT_TEXTURE_IRIDESCENCE_THICKNESS
-    vec4 iridescence_thickness_texture = data_texture(iridescence_thickness_texture_slot(material), uv0, uv1);
-    m.film_thickness_range *= iridescence_thickness_texture.g;
-#endif
+    if (HALFLIGHT_TEXTURE_BASE_COLOR != 0) {
+        vec4 texel = color_texture(base_color_texture_slot(material), uv0, uv1);
+        m.base_color *= texel.rgb;
+    }
+    if (HALFLIGHT_TEXTURE_METALLIC_ROUGHNESS != 0) {
+        vec4 texel = data_texture(metallic_roughness_texture_slot(material), uv0, uv1);
+        m.roughness *= texel.g;
+        m.metallic *= texel.b;
+    }
+    if (HALFLIGHT_TEXTURE_EMISSION != 0) {
+        vec4 texel = color_texture(emission_texture_slot(material), uv0, uv1);
+        m.emission *= texel.rgb;
+    }
+    if (HALFLIGHT_TEXTURE_SPECULAR != 0) {
+        vec4 texel = data_texture(specular_texture_slot(material), uv0, uv1);
+        m.specular *= texel.a;
+    }
+    if (HALFLIGHT_TEXTURE_SPECULAR_COLOR != 0) {
+        vec4 texel = color_texture(specular_color_texture_slot(material), uv0, uv1);
+        m.specular_color *= texel.rgb;
+    }
+    if (HALFLIGHT_TEXTURE_CLEARCOAT != 0) {
+        vec4 texel = data_texture(clearcoat_texture_slot(material), uv0, uv1);
+        m.coat *= texel.r;
+    }
+    if (HALFLIGHT_TEXTURE_CLEARCOAT_ROUGHNESS != 0) {
+        vec4 texel = data_texture(clearcoat_roughness_texture_slot(material), uv0, uv1);
+        m.coat_roughness *= texel.g;
+    }
+    if (HALFLIGHT_TEXTURE_TRANSMISSION != 0) {
+        vec4 texel = data_texture(transmission_texture_slot(material), uv0, uv1);
+        m.transmission *= texel.r;
+    }
+    if (HALFLIGHT_TEXTURE_DIFFUSE_TRANSMISSION != 0) {
+        vec4 texel = data_texture(diffuse_transmission_texture_slot(material), uv0, uv1);
+        m.diffuse_transmission *= texel.a;
+    }
+    if (HALFLIGHT_TEXTURE_DIFFUSE_TRANSMISSION_COLOR != 0) {
+        vec4 texel = color_texture(diffuse_transmission_color_texture_slot(material), uv0, uv1);
+        m.diffuse_transmission_color *= texel.rgb;
+    }
+    if (HALFLIGHT_TEXTURE_SHEEN_COLOR != 0) {
+        vec4 texel = color_texture(sheen_color_texture_slot(material), uv0, uv1);
+        m.sheen_color *= texel.rgb;
+    }
+    if (HALFLIGHT_TEXTURE_SHEEN_ROUGHNESS != 0) {
+        vec4 texel = data_texture(sheen_roughness_texture_slot(material), uv0, uv1);
+        m.sheen_roughness *= texel.a;
+    }
+    if (HALFLIGHT_TEXTURE_IRIDESCENCE != 0) {
+        vec4 texel = data_texture(iridescence_texture_slot(material), uv0, uv1);
+        m.iridescence *= texel.r;
+    }
+    if (HALFLIGHT_TEXTURE_IRIDESCENCE_THICKNESS != 0) {
+        vec4 texel = data_texture(iridescence_thickness_texture_slot(material), uv0, uv1);
+        m.film_thickness_range *= texel.g;
+    }
 }

@@ -2,7 +2,6 @@
 #include "shaders/lib/bsdf_record.glsl"
 #include "shaders/lib/microfacet.glsl"
 
-#if HALFLIGHT_VOLUME
 // A medium is the absorption per world unit on a ray's way, and the length L that stands for an endless way. The length
 // is 0 outside of solids. Its sign bit is set for paths of one colour channel.
 float endless_way(vec4 medium) { return abs(medium.w); }
@@ -28,7 +27,7 @@ vec4 medium_towards(Bsdf b, vec4 before, vec3 direction) {
     return medium;
 }
 
-// Returns the transmittance of a distance (Beer-Lambert). It is 0 where a float has no bits for it.
+// Returns the transmittance of a distance (Beer-Lambert). It is 0 if a float has no bits for it.
 vec3 transmittance(vec4 medium, float distance) {
     return endless_way(medium) > 0.0 ? exp(-min(medium.rgb * distance, vec3(100.0))) : vec3(1.0);
 }
@@ -39,4 +38,3 @@ bool is_solid_mirror(Bsdf b) { return b.alpha_across * abs(b.eta - 1.0) < kMirro
 
 // Returns the share of light that a microfacet reflects at x = dot(wo, h). It refracts the rest.
 float solid_fresnel(Bsdf b, float x) { return b.solid_specular * fresnel_dielectric(x, b.eta); }
-#endif

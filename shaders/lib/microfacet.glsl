@@ -1,18 +1,11 @@
 // GGX (Trowbridge-Reitz) with the height-correlated Smith term, alpha in [1e-4, 1], solid transmission, and the sheen's
 // lobe.
+#include "shaders/lib/lobes.glsl"
 #include "shaders/shared/albedo_coordinates.h"
 
 // First rows of the parts of the albedo table (engine/tables/albedo.h).
-#if HALFLIGHT_SHEEN
-const int kAnisotropyRow = 2 * kAlbedoTableSize;
-#else
-const int kAnisotropyRow = kAlbedoTableSize;
-#endif
-#if HALFLIGHT_ANISOTROPY
-const int kSolidTableRow = kAnisotropyRow + kAnisotropyTableRows;
-#else
-const int kSolidTableRow = kAnisotropyRow;
-#endif
+const int kAnisotropyRow = (kSheen ? 2 : 1) * kAlbedoTableSize;
+const int kSolidTableRow = kAnisotropyRow + (kAnisotropy ? kAnisotropyTableRows : 0);
 
 float pow5(float v) { return v * v * v * v * v; }
 
@@ -63,15 +56,15 @@ vec3 sample_visible_normal(vec3 wo, vec2 alpha, vec2 xi) {
     float sine = sqrt(max(0.0, (1.0 - z) * (1.0 + z)));
     float phi = 6.28318530718 * xi.x;
     vec3 h = vec3(sine * cos(phi), sine * sin(phi), z) + stretched;
-    // h.z >= 0 up to rounding; the minimum keeps a normal where h has cancelled completely.
+    // h.z >= 0 up to rounding; the minimum keeps a normal if h has cancelled completely.
     return normalize(vec3(alpha * h.xy, max(h.z, 1e-20)));
 }
 
 vec2 albedo_texel(ivec2 at) { return texelFetch(albedo_table, at.y * kAlbedoTableSize + at.x).rg; }
 
-// Returns an entry of the part of the albedo table that starts at a row. engine/tables/albedo.h describes the table. The
-// code is precise, because the results of callers are: Mesa 22.3 makes all code behind such a result precise, and Mesa 25.0
-// only that of the same function.
+// Returns an entry of the part of the albedo table that starts at a row. engine/tables/albedo.h describes the table.
+// The code is precise, because the results of callers are: Mesa 22.3 makes all code behind such a result precise, and
+// Mesa 25.0 only that of the same function.
 vec2 albedo_entry(vec2 coordinates, int first_row) {
     precise vec2 at = coordinates * float(kAlbedoTableSize - 1);
     precise vec2 cell = clamp(floor(at), 0.0, float(kAlbedoTableSize - 2));
@@ -95,9 +88,9 @@ vec2 ggx_albedo(float cosine, float alpha) {
     return albedo;
 }
 
-// --- Anisotropic GGX --------------------------------------------------------------------------------------------------
+// --- Anisotropic GGX
+// --------------------------------------------------------------------------------------------------
 
-#if HALFLIGHT_ANISOTROPY
 // Returns length(alpha w.xy, w.z), which takes the place of ggx_root().
 float ggx_root(vec3 local, vec2 alpha) { return length(vec3(alpha * local.xy, local.z)); }
 
@@ -139,11 +132,10 @@ vec2 ggx_albedo(vec3 wo, vec2 alpha) {
     float edge = entry.x * clamp(pow5(1.0 - clamp(wo.z, 0.0, 1.0)) + entry.y, 0.0, 1.0);
     return vec2(entry.x - edge, edge);
 }
-#endif
 
-// --- Thin film --------------------------------------------------------------------------------------------------------
+// --- Thin film
+// --------------------------------------------------------------------------------------------------------
 
-#if HALFLIGHT_IRIDESCENCE
 // Terms of the reflectance of a film at one cosine that do not depend on what is below it (SHADING.md, Iridescence).
 struct FilmWaves {
     float ior;          // index of refraction of the film
@@ -196,11 +188,10 @@ vec3 film_reflectance(FilmWaves w, vec3 f0) {
     vec3 sum = w.reflected + series + amplitude * phase_sign * w.first + amplitude * root_product * w.second;
     return mix(mix(f0, vec3(1.0), w.edge), clamp(sum, 0.0, 1.0), w.presence);
 }
-#endif
 
-// --- Solid transmission ------------------------------------------------------------------------------------------------
+// --- Solid transmission
+// ------------------------------------------------------------------------------------------------
 
-#if HALFLIGHT_VOLUME
 // Returns the Fresnel reflectance of a dielectric for unpolarised light, 1 in total internal reflection. x: cosine of wo
 // with the microfacet's normal; eta: index of refraction beyond the surface over that on wo's side.
 float fresnel_dielectric(float x, float eta) {
@@ -273,11 +264,10 @@ float solid_albedo(float cosine, float alpha, float eta, float strength) {
     found.x += beyond * (mirror.x + mirror.y - found.x);
     return strength < 1.0 ? mix(found.y, found.x, strength) : found.x;
 }
-#endif
 
-// --- Sheen ------------------------------------------------------------------------------------------------------------
+// --- Sheen
+// ------------------------------------------------------------------------------------------------------------
 
-#if HALFLIGHT_SHEEN
 // Returns l_h of the sheen (SHADING.md), times mu_i.
 float sheen_scattered(vec3 n, float alpha, vec3 wo, vec3 wi) {
     vec3 sum = wo + wi;
@@ -289,7 +279,8 @@ float sheen_scattered(vec3 n, float alpha, vec3 wo, vec3 wi) {
     return density * mu_i / (4.0 * q_o * q_i * (1.0 + sheen_lambda(q_o, alpha) + sheen_lambda(q_i, alpha)));
 }
 
-// Samples a direction around +z whose cosine has the density exp(-cosine / w) / (w (1 - exp(-1 / w))), w = 2 sqrt(alpha).
+// Samples a direction around +z whose cosine has the density exp(-cosine / w) / (w (1 - exp(-1 / w))), w = 2
+// sqrt(alpha).
 vec3 sample_sheen(float alpha, vec2 xi) {
     float w = 2.0 * sqrt(alpha);
     float z = clamp(-w * log(1.0 - xi.y * (1.0 - exp(-1.0 / w))), 0.0, 1.0);
@@ -307,4 +298,3 @@ float sheen_pdf(float cosine, float alpha) {
 float sheen_albedo(float cosine, float roughness) {
     return albedo_entry(sheen_coordinates(clamp(cosine, 0.0, 1.0), roughness), kAlbedoTableSize).x;
 }
-#endif

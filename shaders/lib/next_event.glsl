@@ -9,15 +9,13 @@ struct NextEvent {
     vec3 diffuse;  // radiance towards wo if the light is visible
     vec3 glossy;
     Ray ray;       // shadow ray that decides visibility
-#if HALFLIGHT_LIGHT_GROUPS
-    uint group;    // light group
-#endif
+    uint group;    // light group; any without groups
 };
 
 bool contributes(vec3 radiance) { return any(notEqual(radiance, vec3(0.0))); }  // Returns true for NaN, too.
 
-// Weights a light sample. Each of `count` such samples has this weight in the sum of all techniques' samples. `before` is
-// the medium on wo's side.
+// Weights a light sample. Each of `count` such samples has this weight in the sum of all techniques' samples. `before`
+// is the medium on wo's side.
 NextEvent event_of(LightSample light, vec3 position, float offset, Bsdf b, vec3 wo, vec4 before, uint count) {
     BsdfValue f = evaluate_bsdf(b, wo, light.direction);
     bool delta = light.pdf == 0.0;
@@ -25,20 +23,17 @@ NextEvent event_of(LightSample light, vec3 position, float offset, Bsdf b, vec3 
     precise NextEvent e;  // precise, so that all shaders compute equal bits (--keep-all)
     e.diffuse = f.diffuse * light.weight * (delta ? 1.0 : power_heuristic(density, b.p_diffuse * f.pdf_diffuse));
     e.glossy = f.glossy * light.weight * (delta ? 1.0 : power_heuristic(density, (1.0 - b.p_diffuse) * f.pdf_glossy));
-#if HALFLIGHT_VOLUME
-    vec4 medium = medium_towards(b, before, light.direction);
-    vec3 passed = transmittance(medium, light.at_infinity ? endless_way(medium) : distance(light.end, position));
-    e.diffuse *= passed;
-    e.glossy *= passed;
-#endif
+    if (kVolume) {
+        vec4 medium = medium_towards(b, before, light.direction);
+        vec3 passed = transmittance(medium, light.at_infinity ? endless_way(medium) : distance(light.end, position));
+        e.diffuse *= passed;
+        e.glossy *= passed;
+    }
     e.ray = shadow_ray(position, offset, b.geometric_normal, light);
-#if HALFLIGHT_LIGHT_GROUPS
     e.group = light.group;
-#endif
     return e;
 }
 
-#if HALFLIGHT_EVERY_LIGHT
 // Distance of the dimensions of one light's points from those of the next one; no vertex reaches it.
 const uint kDimensionsPerLight = 0x10000u;
 
@@ -46,23 +41,25 @@ const uint kDimensionsPerLight = 0x10000u;
 // the environment, which walls hide from most of a room.
 const float kAnyLight = 0.075, kWithoutSky = 0.2;
 
-// Samples every light, and keeps one of the samples in proportion to the light that it would give if nothing were in
+// Samples every light of the selection, and keeps one of the samples in proportion to the light that it would give if nothing were in
 // between (Talbot, Cline, Egbert 2005, Importance Resampling for Global Illumination: one candidate per light), mixed
 // with a uniform choice.
-NextEvent sample_next_event(vec3 position, float offset, Bsdf b, vec3 wo, vec4 before, Sampler random, uint dimension,
-                            uint count) {
+NextEvent sample_every_light(vec3 position, float offset, Bsdf b, vec3 wo, vec4 before, Sampler random, uint dimension,
+                             uint count) {
     Receiver at = receiver_at(position, b.geometric_normal);
     uint lights = light_count();
     float u = sample_1d(random, dimension + lights * kDimensionsPerLight);
     uint last = lights - 1u;  // the environment, if there is one
     uint any = u < kAnyLight ? min(uint(u / kAnyLight * float(lights)), last) : lights;
     u = (u - kAnyLight) / (1.0 - kAnyLight);
-#if HALFLIGHT_ENVIRONMENT
-    uint kind = light_kind(word_of_float(texelFetch(scene_lights, int(last) * kLightStride).w));
-    float without = kind == kLightEnvironment ? kWithoutSky : 0.0;
-    bool only_lamps = u < without;
-    u = only_lamps ? u / without : (u - without) / (1.0 - without);
-#endif
+    float without = 0.0;
+    bool only_lamps = false;
+    if (kEnvironment) {
+        uint kind = light_kind(word_of_float(texelFetch(scene_lights, int(last) * kLightStride).w));
+        without = kind == kLightEnvironment ? kWithoutSky : 0.0;
+        only_lamps = u < without;
+        u = only_lamps ? u / without : (u - without) / (1.0 - without);
+    }
     float sum = 0.0, own = 0.0, lamps = 0.0;  // lamps: sum without the last light
     uint chosen = 0u;
     NextEvent kept;
@@ -76,9 +73,7 @@ NextEvent sample_next_event(vec3 position, float offset, Bsdf b, vec3 wo, vec4 b
         float share = sum > 0.0 ? value / sum : 1.0;
         bool left = light > 0u && u >= share;  // false for NaN, which is kept and counted
         u = left ? (u - share) / (1.0 - share) : u / share;
-#if HALFLIGHT_ENVIRONMENT
         left = left || (light == last && only_lamps && lamps > 0.0);
-#endif
         if (any < lights ? light == any : !left) {
             kept = e;
             own = value;
@@ -86,39 +81,32 @@ NextEvent sample_next_event(vec3 position, float offset, Bsdf b, vec3 wo, vec4 b
         }
     }
     float probability = sum > 0.0 ? own / sum : 1.0;
-#if HALFLIGHT_ENVIRONMENT
     if (without > 0.0 && lamps > 0.0) probability = mix(probability, chosen == last ? 0.0 : own / lamps, without);
-#endif
     float scale = 1.0 / mix(probability, 1.0 / float(lights), kAnyLight);
     kept.diffuse *= scale;
     kept.glossy *= scale;
     return kept;
 }
-#else
+
 // Samples one of the lights of the selection.
 NextEvent sample_next_event(vec3 position, float offset, Bsdf b, vec3 wo, vec4 before, Sampler random, uint dimension,
                             uint count) {
+    if (HALFLIGHT_EVERY_LIGHT != 0)
+        return sample_every_light(position, offset, b, wo, before, random, dimension, count);
     LightSample light = sample_light(receiver_at(position, b.geometric_normal), sample_2d_bits(random, dimension));
     return event_of(light, position, offset, b, wo, before, count);
 }
-#endif
 
-#if HALFLIGHT_SUN
 // Samples the sun that is not part of the selection.
 NextEvent sample_sun_event(vec3 position, float offset, Bsdf b, vec3 wo, vec4 before, Sampler random, uint dimension) {
-#if HALFLIGHT_SIZED_SUNS
-    vec2 xi = sample_2d(random, dimension + kDimensionsOfSizes);
-#else
-    const vec2 xi = vec2(0.0);
-#endif
+    vec2 xi = kSizedSuns ? sample_2d(random, dimension + kDimensionsOfSizes) : vec2(0.0);
     return event_of(sample_sun(position, xi), position, offset, b, wo, before, 1u);
 }
-#endif
 
 const Ray kDeadRay = Ray(vec3(0.0), 1.0, vec3(1.0), 0.0);
 
 // Returns the MIS weight of light that a sampled ray hits. `pdf` is the ray's density within its component times the
-// component's probability (0: delta). The weight is 1 where only one of both techniques can find the light.
+// component's probability (0: delta). The weight is 1 if only one of both techniques can find the light.
 float met_light_weight(float pdf, float light_density) {
     return pdf == 0.0 || light_density == 0.0 ? 1.0 : power_heuristic(pdf, light_density);
 }

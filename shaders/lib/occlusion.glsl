@@ -15,7 +15,7 @@ uint answer_of_panes(vec3 share, vec3 random) {
     return kPassedPanes | uint(exponent) << 27 | steps.r << 18 | steps.g << 9 | steps.b;
 }
 
-// Returns the share of light that an answer stands for which is neither kFree nor kOccluded.
+// Returns the share of light of an answer that is neither kFree nor kOccluded.
 vec3 share_of_answer(uint answer) {
     uvec3 steps = (uvec3(answer) >> uvec3(18u, 9u, 0u)) & 511u;
     vec3 passed = vec3(steps) * (exp2(-float((answer >> 27) & 15u)) / kPassedSteps);

@@ -1,4 +1,4 @@
-// Shafts and up to 32 candidates, which the raster back end's passes at one texel per tile share.
+// Shafts and up to 32 candidates of a tile, for kernels of the raster back end that draw one texel per tile.
 #include "shaders/shared/raster_lists.h"
 #include "shaders/lib/raster_shaft.glsl"
 #include "shaders/lib/raster_texels.glsl"

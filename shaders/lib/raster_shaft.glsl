@@ -46,7 +46,7 @@ TimedTest shaft_test(TimedShaft s, float hull, float slack) {
     return TimedTest(shaft_test(s.rays, vec3(shaft_padding(shaft_reach(s.rays, hull), slack))), s.least_t);
 }
 
-// Returns a lower bound of the entry of the shaft's rays into the box; negative where none enters. It tests axis by
+// Returns a lower bound of the entry of the shaft's rays into the box; negative if none enters. It tests axis by
 // axis, like shaft_interval().
 float shaft_near(TimedTest s, vec3 lower, vec3 upper) {
     vec3 low = (upper - s.test.lower) * s.test.lower_inverse;

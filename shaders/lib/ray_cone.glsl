@@ -3,6 +3,8 @@
 // levels, has the equations.
 #include "shaders/shared/frame_block.h"
 
+const bool kTextureLevels = HALFLIGHT_TEXTURE_LEVELS != 0;  // lookups choose mip levels by cones
+
 struct RayCone {
     float width;   // at the ray's origin, world units
     float spread;  // growth of the width per distance

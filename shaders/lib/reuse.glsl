@@ -30,12 +30,10 @@ Sight sight_of(ReusePoint y, vec3 from, bool finder) {
 // colour channel, is not shared.
 BsdfValue shared_value(Bsdf b, vec3 wo, vec3 wi) {
     BsdfValue f = evaluate_bsdf(b, wo, wi);
-#if HALFLIGHT_VOLUME
-    if (b.disperses || leads_inside(b, wi)) {
+    if (kVolume && (b.disperses || leads_inside(b, wi))) {
         f.diffuse = vec3(0.0);
         f.glossy = vec3(0.0);
     }
-#endif
     return f;
 }
 

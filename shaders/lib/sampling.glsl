@@ -1,7 +1,7 @@
 // Maps from the unit square.
 
-// Samples the unit disk uniformly by the concentric map (Shirley and Chiu 1997), which keeps strata of the square compact
-// on the disk. Returns the point and its signed distance from the centre.
+// Samples the unit disk uniformly by the concentric map (Shirley and Chiu 1997), which keeps strata of the square
+// compact on the disk. Returns the point and its signed distance from the centre.
 vec3 sample_disk(vec2 xi) {
     vec2 p = 2.0 * xi - 1.0;
     bool wide = abs(p.x) > abs(p.y);
@@ -25,7 +25,7 @@ vec2 sample_triangle(vec2 xi) {
     return xi.y > xi.x ? vec2(0.5 * xi.x, xi.y - 0.5 * xi.x) : vec2(xi.x - 0.5 * xi.y, 0.5 * xi.y);
 }
 
-// Returns the weight of a sample of density a where another technique has density b (Veach 1997, section 9.2.4, beta =
+// Returns the weight of a sample of density a if another technique has density b (Veach 1997, section 9.2.4, beta =
 // 2). The division first keeps squares of large densities finite. The weight is 0 if both densities are 0.
 float power_heuristic(float a, float b) {
     if (a <= b) {

@@ -5,7 +5,8 @@
 #include "shaders/shared/light.h"
 #include "shaders/shared/word.h"
 
-#if HALFLIGHT_SIZED_LIGHTS
+const bool kSizedLights = HALFLIGHT_SIZED_LIGHTS != 0;
+
 // Squared sine of the half angle below which a light is taken as one without size: floats have no directions within.
 const float kLeastSquaredSine = 1e-12;
 
@@ -52,4 +53,3 @@ float distance_to_ball(SizedLight light, float cosine, float squared_sine) {
     float middle = sqrt(light.square) * cosine;
     return light.spread == 2.0 ? middle + half_chord : middle - half_chord;
 }
-#endif

@@ -1,7 +1,7 @@
 // References to nodes, leaves and triangles, as a traversal keeps them on its stack (shaders/shared/bvh_nodes.h). Needs
 // shaders/lib/bvh.glsl.
 const uint kStackDone = 0xffffffffu;
-// Entries below kStackLeaf are nodes, those below kStackBeyond are nodes and leaves.
+// Entries smaller than kStackLeaf are nodes, those smaller than kStackBeyond are nodes and leaves.
 const uint kStackLeaf = kPageNodes ? 1u << kBvhPageCountShift : kBvhTag | kBvhLeaf;
 const uint kStackBeyond = kPageNodes ? 0x80000000u : kBvhTag | kBvhInstance;
 const uint kStackLeaveBlock = 0x7fffffffu;  // entry that returns to the top level

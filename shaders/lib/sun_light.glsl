@@ -1,9 +1,6 @@
-// Positions of a path's sun samples (PathBuffers::sun_light).
-#if HALFLIGHT_REUSE || HALFLIGHT_RADIANCE_CACHE
-const uint kSunLightRows = 2u;
-#else
-const uint kSunLightRows = 1u;
-#endif
+// The sun that is sampled apart from other lights, and positions of a path's sun samples (PathBuffers::sun_light).
+const bool kSun = HALFLIGHT_SUN != 0;
+const uint kSunLightRows = HALFLIGHT_REUSE != 0 || HALFLIGHT_RADIANCE_CACHE != 0 ? 2u : 1u;
 
 // Returns the row of PathState::pending.
 uint own_sun_light(uint path) { return path * kSunLightRows; }

@@ -1,5 +1,4 @@
-// Reading of rows of the G-buffer (shaders/shared/surface_rows.h), or writing with HALFLIGHT_STORE_SURFACE. Include after
-// `buffer ... { vec4 surfaces[]; }`.
+// Reading of rows of the G-buffer (shaders/shared/surface_rows.h), which shaders/resolve.comp writes.
 #include "shaders/lib/bsdf.glsl"
 #include "shaders/shared/surface_rows.h"
 
@@ -13,22 +12,6 @@ struct SurfacePoint {
     bool catches;     // the ray met a shadow catcher, behind which the environment is visible
 };
 
-#if HALFLIGHT_STORE_SURFACE
-void store_surface(uint path, SurfacePoint point, Bsdf b) {
-    uint row = path * HALFLIGHT_SURFACE_ROWS;
-    surfaces[row] = vec4(point.position, point.offset);
-    surfaces[row + 1u] = vec4(point.emission, point.is_surface ? point.lift : point.catches ? -2.0 : -1.0);
-    vec4 rows[kBsdfRows] = pack_bsdf(b);
-    for (uint i = 0u; i < kBsdfRows; ++i) surfaces[row + 2u + i] = rows[i];
-}
-
-// Stores the part of a record that the last vertex of a path needs.
-void store_end(uint path, vec3 emission, bool is_surface, vec3 geometric_normal) {
-    uint row = path * HALFLIGHT_SURFACE_ROWS;
-    surfaces[row + 1u] = vec4(emission, is_surface ? 0.0 : -1.0);
-    surfaces[row + 2u] = vec4(geometric_normal, 0.0);
-}
-#else
 uniform samplerBuffer surfaces;  // RGBA32F: rows of records
 
 vec4 surface_row(uint path, uint row) { return texelFetch(surfaces, int(path * HALFLIGHT_SURFACE_ROWS + row)); }
@@ -52,4 +35,3 @@ Bsdf load_bsdf(uint path) {
     for (uint i = 0u; i < kBsdfRows; ++i) rows[i] = surface_row(path, 2u + i);
     return unpack_bsdf(rows);
 }
-#endif

@@ -16,18 +16,17 @@
 #include "shaders/lib/intersect.glsl"
 #include "shaders/lib/stack_references.glsl"
 
-const bool kAlphaTests = HALFLIGHT_ALPHA != 0;          // some triangles are alpha-tested
-const bool kPassesPanes = HALFLIGHT_PASS_PANES != 0;    // panes are no hits
-const bool kCountsNodes = HALFLIGHT_COUNT != 0;         // nodes_visited is counted
-const bool kNotesSlots = HALFLIGHT_TOUCH != 0;          // slots of pages that are read are noted
+const bool kPassesPanes = HALFLIGHT_PASS_PANES != 0;      // panes are no hits
+const bool kCountsNodes = HALFLIGHT_COUNT != 0;           // nodes_visited is counted
+const bool kNotesSlots = HALFLIGHT_TOUCH != 0;            // slots of pages that are read are noted
 const bool kOnlyCatchers = HALFLIGHT_CATCHERS_ONLY != 0;  // only shadow catchers are hits; not in pages
 // Back faces of one-sided triangles are no hits of rays with t_min > 0, or with kEveryRay of all rays.
 const bool kPassesBacks = HALFLIGHT_BACKFACES != 0;
 
 OPTIONAL(HALFLIGHT_TOUCH) layout(std430) writeonly buffer Touched { uint touched_slots[]; };
 
-// Constants of a ray for its entry into the boxes of triangles, per axis of TriangleRay::axes.xy. Along axes.z, t itself
-// is no earlier than the entry but for rounding, which the slack of nodes covers.
+// Constants of a ray for its entry into the boxes of triangles, per axis of TriangleRay::axes.xy. Along axes.z, t
+// itself is no earlier than the entry but for rounding, which the slack of nodes covers.
 struct EntryRay {
     vec2 inverse;  // inverse direction
     vec2 error;    // bound of the error of t; a quarter of the slack of nodes, which have more roundings
@@ -57,7 +56,7 @@ struct PlaceHit {
     bool nearer;        // true: nearer than `nearest`, or equal t and a lower (instance, triangle)
     bool alpha_tested;
     int next;           // next place: few rays hit both triangles of a pair
-    Hit hit;            // hit on the triangle; for any_hit, valid only with kAlphaTests
+    Hit hit;            // hit on the triangle; for any_hit, valid only with kAlpha
 };
 
 // Coordinates of the four corners of a pair, by axis of the ray.
@@ -120,7 +119,7 @@ PlaceHit intersect_place(TriangleRay ray, EntryRay entry, int place, uint instan
     h.alpha_tested = false;
     h.hit = nearest;
     float near = triangle_near(entry, ray.origin, rows.x, rows.y, second);
-    if (any_hit && !kAlphaTests && !kPassesBacks && !kPassesPanes) {
+    if (any_hit && !kAlpha && !kPassesBacks && !kPassesPanes) {
         float t = pair_t(ray, pair, second);
         h.nearer = h.nearer && t > t_min && max(t, near) < nearest.t;
         if (kOnlyCatchers) {
@@ -161,7 +160,7 @@ PlaceHit intersect_place(TriangleRay ray, EntryRay entry, int place, uint instan
 // hits, and call traverse_from(). They may need HALFLIGHT_STACK_MORE entries in addition to a traversal's. They may
 // also push kStackInstance above a node of its block; the node's stack_near is then kBvhFar.
 uint stack[HALFLIGHT_STACK + HALFLIGHT_STACK_MORE];
-// Any hits need no entries, but llvmpipe searches for them half as fast where entries are not kept.
+// Any hits need no entries, but llvmpipe searches for them half as fast if entries are not kept.
 int stack_near[HALFLIGHT_STACK + HALFLIGHT_STACK_MORE];  // entry of the ray; bits of a float >= 0, like all `near`
 
 // Pushes the met children, from place `first` of their order on.
@@ -199,7 +198,7 @@ Hit no_hit() { return Hit(intBitsToFloat(kBvhFar), 0.0, 0.0, kMiss, kMiss); }
 // no_hit().
 // - any_hit (a constant): stops at the first hit found, of which only `triangle != kMiss` is valid.
 // - t is NaN where the driver ended the traversal early.
-// - alpha_key: ray_key() of shaders/lib/hash.glsl; unused without kAlphaTests.
+// - alpha_key: ray_key() of shaders/lib/hash.glsl; unused without kAlpha.
 //
 // Software drivers execute both sides of a branch, and the body of a loop once before they detect that no invocation
 // needs it. Therefore loops are tested at their end, and rare work is in the outermost loop, where rays wait for each
@@ -259,7 +258,7 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
                     PlaceHit hit = intersect_place(sheared, entry, place, instance, ray.t_min, leaf_near, nearest, any_hit);
                     int tested = place;
                     place = hit.next;
-                    if (kAlphaTests && hit.nearer && hit.alpha_tested) {
+                    if (kAlpha && hit.nearer && hit.alpha_tested) {
                         asked = hit.hit;
                         asked_place = tested;
                         asks = true;
@@ -297,7 +296,7 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
             } while (popped);
         } while (node < kStackBeyond && !asks);
 
-        if (kAlphaTests && asks) {
+        if (kAlpha && asks) {
             asks = false;
             uint row = row_of(asked_place, asked.triangle);
             if (alpha_accept(triangle_id(asked.triangle), row, asked.instance, asked.u, asked.v, alpha_key)) {

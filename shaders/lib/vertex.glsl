@@ -1,6 +1,8 @@
 // Vertex attributes (shaders/shared/vertex.h). Needs shaders/geometry_tables.glsl.
 #include "shaders/shared/vertex.h"
 
+const bool kVertexColors = HALFLIGHT_VERTEX_COLORS != 0;
+
 vec4 vertex_row(uint vertex, int texel) {
     return texelFetch(scene_vertices, int(vertex) * HALFLIGHT_VERTEX_STRIDE + texel);
 }
@@ -21,7 +23,6 @@ vec4 interpolate_uvs(uvec3 corners, vec3 weights) {
                 interpolate_row(corners, weights, kVertexUvTexel).xyz);
 }
 
-#if HALFLIGHT_VERTEX_COLORS
 // Returns exactly the corners' colour where they are equal, because weights whose sum is not quite 1 must not turn
 // white to grey.
 vec4 interpolate_color(uvec3 corners, vec3 weights) {
@@ -29,4 +30,3 @@ vec4 interpolate_color(uvec3 corners, vec3 weights) {
     vec4 first = vertex_row(corners.x, texel);
     return first + weights.y * (vertex_row(corners.y, texel) - first) + weights.z * (vertex_row(corners.z, texel) - first);
 }
-#endif

@@ -11,9 +11,9 @@ HALFLIGHT_SHARED_CONST float kNoDepth = 1e10f;
 
 struct AovRecord {
     vec3 position;  // position relative to TraceTables::origin; 0 without a surface
-    float depth;    // depth (shaders/lib/camera.glsl, camera_depth()), world units; kNoDepth where there is no surface
+    float depth;    // depth (shaders/lib/camera.glsl, camera_depth()), world units; kNoDepth if there is no surface
     vec2 motion;    // motion of the point since the previous frame, pixels, x right, y down
-    uint triangle;  // id in the tables; kMiss where there is no surface
+    uint triangle;  // id in the tables; kMiss if there is no surface
     uint instance;  // index of the block instance
 };
 HALFLIGHT_SHARED_SIZE(AovRecord, 32)

@@ -33,7 +33,7 @@
 //          bits; 0: a node). 31 stands for no child.
 //   pair   1 texel: (id of the first triangle, of the second, corners 0 and 1, corners 2 and 3). Corners are texels
 //          after the slot's first one in RGB32F, 14 bits each. Above them are the orders of the first and of the second
-//          triangle. Ids have kBvhPageAlpha set where the triangle needs the alpha test.
+//          triangle. Ids have kBvhPageAlpha set if the triangle needs the alpha test.
 //          Both triangles have the same kTriangleOneSided and kTriangleMirrored. The first id has kBvhPageFacing set
 //          for the former, the second one for the latter.
 // Distances and corners do not depend on the slot. References to nodes and pairs are their texels; those to leaves also

@@ -12,7 +12,7 @@
 //   after that  per lobe: a texel with the illuminance of a surface in lux, then the levels above the blocks, with
 //               weights times the cosine at the surface. Level k has 2^k x 2^k nodes here.
 //
-// A cell is a rectangle of equal extent in u and in v. Where it is a texel, places in u and v within it follow the
+// A cell is a rectangle of equal extent in u and in v. If it is a texel, places in u and v within it follow the
 // bilinear luminance; otherwise they are uniform. A node of level k covers 2^(levels - k) cells in each direction, less
 // at the right and at the bottom. Children beyond the cells have the weight 0. Points that are stratified in the square
 // stay stratified on the map.

@@ -21,7 +21,7 @@ struct Frame {
     vec4 camera_forward;  // xyz: unit direction of view
     vec2 jitter;          // sample point from the pixel's upper left corner, pixels; [0,1)^2 with the usual filter
     vec2 clip;            // near and far distance along camera_forward (curved projections: the ray); far may be +inf
-    ivec2 size;           // size of the whole image, pixels, also where a part of it is rendered
+    ivec2 size;           // size of the whole image, pixels, also if a part of it is rendered
     int band_y;           // first row of the band; beyond the image's edge in pictures with overscan
     int band_rows;        // number of rows of the band
     uint sample_index;    // index in the frame's sequence, from 0

@@ -17,7 +17,7 @@ struct JointMatrix {
     dvec4 x;
     dvec4 y;
     dvec4 z;
-    dvec2 side;  // x: < 0 where the transform mirrors, scales of 0 taken as 1; weighted in sums. y: unused
+    dvec2 side;  // x: < 0 if the transform mirrors, scales of 0 taken as 1; weighted in sums. y: unused
 };
 HALFLIGHT_SHARED_SIZE(JointMatrix, 112)
 
@@ -60,15 +60,15 @@ HALFLIGHT_SHARED_FUNCTION dvec3 exact_cross(dvec4 a, dvec4 b) {
     return dvec3(x, y, z);
 }
 
-// Cofactors of the linear part, which transform normals, also where the matrix cannot be inverted.
+// Cofactors of the linear part, which transform normals, also if the matrix cannot be inverted.
 struct JointNormals {
     dvec3 x;  // rows of the cofactors
     dvec3 y;
     dvec3 z;
-    double side;  // -1 where the matrix mirrors, otherwise 1
+    double side;  // -1 if the matrix mirrors, otherwise 1
 };
 
-// Returns the determinant of the linear part, 0 where rounding can decide its sign. x: cofactors of the first row.
+// Returns the determinant of the linear part, 0 if rounding can decide its sign. x: cofactors of the first row.
 HALFLIGHT_SHARED_FUNCTION double joint_determinant(JointMatrix m, dvec3 x) {
     dvec4 a = abs(m.x);
     dvec4 b = abs(m.y);

@@ -12,7 +12,7 @@
 // tree holds. It stands in the last row of the column alone.
 // Positions are relative to TraceTables::origin. "Density per area" is the light's probability over its area. The error
 // bound is the maximum distance, in world units, of the triangle from its row's plane in the tracer's arithmetic. It is
-// negative where the corners are clockwise as seen from the triangle's front. The
+// negative if the corners are clockwise as seen from the triangle's front. The
 // head's low bits are the kind; the higher bits are the light's trail in the light tree (light_tree_rows.h), if there
 // is one. Probability and density are then those of the alias table alone, which makes the selections that the tree
 // does not.

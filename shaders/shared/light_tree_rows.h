@@ -44,7 +44,7 @@ HALFLIGHT_SHARED_CONST uint kLightTreeNone = 0x5fffu;  // a leaf of intensity 0
 struct LightTreeHeader {
     float gain;    // `share` over the probability with which the alias table picks each light of the tree
     float share;   // share of the selections, with those of the environment (environment_share())
-    uint through;  // 1 where some surface transmits light, so that light from behind counts
+    uint through;  // 1 if some surface transmits light, so that light from behind counts
     uint names;    // first texel of the leaves' lights
 };
 HALFLIGHT_SHARED_SIZE(LightTreeHeader, 16)
@@ -111,7 +111,7 @@ HALFLIGHT_SHARED_FUNCTION LightNode light_child(uvec4 child, vec4 ball) {
 }
 
 // Returns the importance of a node's lights for a receiver, up to a factor common to the children of a node. It is 0
-// only where they contribute nothing. If `through` is set, light from behind counts, too.
+// only if they contribute nothing. If `through` is set, light from behind counts, too.
 //
 // By pbrt-v4, 12.6.3, it is the intensity times the largest cosines that the ball allows, at the light and at the
 // receiver. This is divided by the squared distance, or by the ball's squared radius if that is larger. The code is

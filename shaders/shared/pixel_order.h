@@ -22,7 +22,7 @@ HALFLIGHT_SHARED_FUNCTION uint morton_spread(uint v) {
 }
 
 // Returns the pixel relative to the band's first row, for a band of tiles.x by tiles.y blocks. It may be outside the
-// image where that is no multiple of 16.
+// image if that is no multiple of 16.
 HALFLIGHT_SHARED_FUNCTION uvec2 pixel_of_path(uint path, uvec2 tiles) {
     uint block = path >> 8;
     uint rank = block / tiles.x;

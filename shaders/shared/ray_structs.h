@@ -34,7 +34,7 @@ HALFLIGHT_SHARED_SIZE(ListHeader, 16)
 HALFLIGHT_SHARED_CONST uint kMiss = 0xffffffffu;
 
 // Rays that pass back faces of one-sided triangles: values of HALFLIGHT_BACKFACES (RayBatch::backfaces).
-HALFLIGHT_SHARED_CONST int kMarkedRays = 1;  // those with t_min > 0
+HALFLIGHT_SHARED_CONST int kMarkedRays = 1;  // rays with t_min > 0
 HALFLIGHT_SHARED_CONST int kEveryRay = 2;
 // Marks a ray from a surface: t_min, the least normal float.
 HALFLIGHT_SHARED_CONST float kMarkedStart = 1.17549435e-38f;

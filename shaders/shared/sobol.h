@@ -63,7 +63,7 @@ HALFLIGHT_SHARED_FUNCTION uint nested_shuffle(uint v, uint seed) {
 // in a randomly nested Morton order. Points of neighbours complement each other, so that errors cancel from pixel to
 // pixel and look like blue noise (Ahmed and Wonka 2020, Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling Error
 // via Hierarchical Ordering of Pixels). The points of a single pixel are as well distributed as in its own sequence.
-// sample_index < count; coordinates < 2^16. The points of 2^32 / count pixels differ. Where samples are split, this
+// sample_index < count; coordinates < 2^16. The points of 2^32 / count pixels differ. If samples are split, this
 // number is smaller by the factor of Estimator::shadow.
 HALFLIGHT_SHARED_FUNCTION Sampler make_shared_sampler(uint pixel_x, uint pixel_y, uint sample_index, uint count,
                                                       uint frame_seed) {

@@ -2,9 +2,9 @@
 // that the scene's materials need.
 //
 //   row 0   position relative to TraceTables::origin; distance of new rays' origins along the geometric normal
-//   row 1   emission towards the camera (of the environment where there is no surface); lift of the position, or -1
-//           where there is no surface, or -2 where the ray met a shadow catcher, which counts as none
-//   row 2   geometric normal on the camera's side, or the smooth surface's where the position is lifted; P_d
+//   row 1   emission towards the camera (of the environment if there is no surface); lift of the position, or -1
+//           if there is no surface, or -2 if the ray met a shadow catcher, which counts as none
+//   row 2   geometric normal on the camera's side, or the smooth surface's if the position is lifted; P_d
 //   row 3   shading normal; alpha
 //   row 4   diffuse albedo; probability of transmission
 //   with HALFLIGHT_GLOSSY and others: pack_bsdf() in shaders/lib/bsdf_record.glsl

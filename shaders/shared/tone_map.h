@@ -38,7 +38,7 @@ HALFLIGHT_SHARED_FUNCTION float agx_curve(float x) {
     return pivot_y + (above ? y : -y);
 }
 
-// Returns AgX as Filament and three.js have it, which follow Blender: primaries are moved inwards in Rec.2020, the
+// Returns AgX as Filament and three.js have it, which follow Blender. Primaries are moved inwards in Rec.2020, the
 // curve is applied to each channel, and the primaries are moved back out. Matrices: AgXToneMapping() of three.js
 // (tonemapping_pars_fragment.glsl.js). Its polynomial for the curve is off by 6e-3; this is the curve itself.
 HALFLIGHT_SHARED_FUNCTION vec3 agx(vec3 colour) {

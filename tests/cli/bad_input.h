@@ -29,7 +29,7 @@ Verdict judge(const std::string& name, const Strings& arguments);
 /// Prints a fate in messages of gtest.
 std::ostream& operator<<(std::ostream& out, Fate fate);
 
-/// Return the command line that renders 4 x 4 pixels with a scene, an environment or a colour config.
+/// Returns the command line that renders 4 x 4 pixels with a scene, an environment or a colour config.
 Strings with_scene(const std::string& scene);
 Strings with_environment(const std::string& map);
 Strings with_config(const std::string& config);

@@ -261,7 +261,7 @@ TEST_F(Refusal, PicturesWiderThanTheDriverAllows) {
     const auto expect_wide = [&](const char* width, const Strings& more) {
         render_refused(1, words("--width", width, "--height 16 --samples 2 --quiet", more), "render settings: ");
     };
-    expect_wide("16384", words("--projection panorama --denoise"));  // wider by margins
+    expect_wide("16384", words("--projection panorama --denoise"));  // the denoiser adds margins to the width
     expect_wide("16400", {"--denoise"});
     Strings groups = {"--env", "white"};
     for (int i = 0; i < 31; ++i) groups.insert(groups.end(), {"--light-group", fmt::format("g{}=environment", i)});

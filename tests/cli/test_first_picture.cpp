@@ -17,7 +17,7 @@ class FirstPicture : public CommandTest {
     /// Returns two blocks on a floor. Mesh 3 is a cube that emits light, without a node.
     static GltfBuilder blocks() {
         GltfBuilder b;
-        std::vector<float> corners;  // of a cube of side 1 about the origin
+        std::vector<float> corners;  // corners of a cube of side 1 about the origin
         for (const float z : {-0.5f, 0.5f})
             for (const float y : {-0.5f, 0.5f})
                 for (const float x : {-0.5f, 0.5f}) corners.insert(corners.end(), {x, y, z});

@@ -23,8 +23,9 @@ TEST_F(LostDevice, FinishedFramesStayWhole) {
     const auto whole = contents("whole");
     make("never", "1-3", {}, lost_after(1'000'000));
     EXPECT_EQ(contents("never"), whole) << "the library changes nothing else";
-    std::set<std::size_t> numbers;                    // numbers of finished frames
-    for (int checks = 0;; checks = 2 * checks + 3) {  // one of these ends within the three frames, after the first
+    std::set<std::size_t> numbers;  // numbers of finished frames
+    for (int checks = 0;;
+         checks = 2 * checks + 3) {  // some number of checks ends a run of three frames after the first
         const std::string into = "out" + std::to_string(checks);
         const Outcome outcome = run(into, "1-3", {"--quiet"}, lost_after(checks));
         if (outcome.status == 0) break;

@@ -168,7 +168,7 @@ TEST_F(MovieTest, ErrorsOfFfmpegAreReported) {
 TEST_F(MovieTest, HasNoGaps) {
     install_recorder();
     scene = write_scene_with_bad_frame(folder.path);
-    for (const char* name : {"arguments", "input"}) write_text(folder / name, "");  // of the recorder
+    for (const char* name : {"arguments", "input"}) write_text(folder / name, "");  // files of the recorder
     const Strings movie = words("--movie", out("m.mp4"), "--frames 1-5 --fps 1 --quiet");
     refused(1, command(words(out("f.#.exr"), movie)), "f.#.exr: frame 3 (1 of 5) failed", on_path());
     EXPECT_EQ(files(), words("f.1.exr f.2.exr f.4.exr f.5.exr"));

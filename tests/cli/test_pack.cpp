@@ -15,7 +15,7 @@ const std::string kAtrium = HALFLIGHT_SOURCE_DIR "/scenes/atrium.glb";
 void write_scene_with_lamps(const std::filesystem::path& path) {
     constexpr int kSide = 60;
     GltfBuilder b;
-    const float heights[] = {0, 12, 6};  // of floor, canopy and lamps
+    const float heights[] = {0, 12, 6};  // heights of floor, canopy and lamps
     const auto [floor, triangles] = field(kSide, 7, 1.0f / 7);
     std::vector<float> positions, normals, uvs;
     std::vector<std::uint32_t> indices[3];
@@ -89,7 +89,7 @@ TEST_F(Pack, RefusalsAreOneLine) {
         write_text(file("bad"), bad);
         return file("bad");
     };
-    refused(1, {"info", damaged(bytes.size() - 100)}, "bad: ");  // its index
+    refused(1, {"info", damaged(bytes.size() - 100)}, "bad: ");  // damages the index
     refused(1, {"info", file("a.pages"), "--needs"}, "a.pages: ");
     refused(1, {"info", kAtrium, "--check"}, "atrium.glb: ");
     done({"info", file("a.pages"), "--check"});

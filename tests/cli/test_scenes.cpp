@@ -148,7 +148,7 @@ TEST(Scenes, AreReproducedByteByByteSoundAndSelfContained) {
 struct Kind {
     std::string name;
     std::vector<int> triangles;         // some counts; the first one is the cheapest that has all models
-    double tolerance;                   // of the counts, relative
+    double tolerance;                   // relative tolerance of the counts
     std::vector<std::string> in_parts;  // options of a scene in several parts
     int in_all_parts;                   // its triangles
     std::uintmax_t part_bytes;          // limit of a part, bytes

@@ -278,7 +278,7 @@ TEST_F(Shutter, PartsOfTheSceneMayComeAndGo) {
     const ExrFile there = picture(scene, words("--frame 0 --animation blink --samples 64 --aov cryptoobject"));
     const ExrFile gone = picture(scene, words("--frame 1 --animation blink --samples 64"));
     for (const char* plan : {"", "--adaptive", "--shutter-times 4"}) {
-        // From 0.5 s to 1.5 s
+        // The shutter is open from 0.5 s to 1.5 s.
         const ExrFile both = picture(
             scene, words("--frame 1 --animation blink --samples 64 --shutter 1 --aov cryptoobject --estimator camera=1",
                          plan));

@@ -302,7 +302,7 @@ TEST_F(View, AnimationFramesEqualThoseOfRender) {
     EXPECT_TRUE(same_bits(render("settings.exr", "--settings", settings()), exr("saved.exr")));
     std::filesystem::remove(settings());
     expect_error("animation jump\n", 1, "animated.glb: no animation 'jump'");
-    expect_error("play 1\n", 1, "play: ");  // nothing is chosen
+    expect_error("play 1\n", 1, "play: ");  // no animation is chosen
 }
 
 TEST_F(View, LightsAreMoved) {

@@ -22,7 +22,7 @@ SMALL = [
     (r"--(width|height) \d+", lambda m: f"--{m[1]} 32"),
     (r"--size \d+x\d+", "--size 64x48"),
     (r"(?<!airliner )(?<!powerplants )--triangles \d+", "--triangles 4000"),
-    (r"(airliner|powerplants) --triangles \d+", lambda m: f"{m[1]} --triangles 250000"),  # near their coarsest forms
+    (r"(airliner|powerplants) --triangles \d+", lambda m: f"{m[1]} --triangles 250000"),  # about their minimum
     (r"--lights \d+", "--lights 20"),
     (r"--texture-size \d+", "--texture-size 64"),
     (r"--frames \d+-\d+", "--frames 1-3"),

@@ -72,7 +72,7 @@ class InputPages final : public paging::PageSource {
     std::vector<std::string_view> blocks_, pages_;
 };
 
-constexpr const char* kSubject = "pages: ";  // of errors
+constexpr const char* kSubject = "pages: ";  // subject of errors
 
 void check_hierarchy(const paging::PageIndex& index) {
     const rays::Bvh top = paging::hierarchy_over(index);

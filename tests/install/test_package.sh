@@ -39,7 +39,7 @@ for program in $programs; do
 done
 [ "$checked" -gt 20 ] || fail "only $checked libraries were found in: $programs"
 
-# What shows as a thumbnail is what the entry's command makes.
+# The command of the entry makes a thumbnail, as file managers run it.
 if command -v desktop-file-validate >/dev/null; then desktop-file-validate root/usr/share/applications/halflight.desktop; fi
 cp -r "$here/../cli/room" room
 entry=$(sed -n 's/^Exec=//p' root/usr/share/thumbnailers/halflight.thumbnailer | sed 's|%s|16|; s|%i|room/room.gltf|; s|%o|t.png|')

@@ -311,7 +311,7 @@ class Callbacks(InFolder):
         self.assertEqual(self.renderer.render().stats["samples"], 1)
 
     def test_ctrl_c(self):
-        timer = threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT))  # fires while the GIL is released
+        timer = threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT))  # while the GIL is released
         timer.start()
         with self.assertRaises(KeyboardInterrupt):
             while True:

@@ -232,7 +232,8 @@ TEST_F(Paging, Motion) {
 
 TEST_F(Paging, Scales) {
     const Scene room = cornell_box(metal_material({0.9f, 0.7f, 0.4f}, 0.3f));
-    // The room is 2 units wide, so it spans 10^12 units; positions end 2^40 units from the centre.
+    // The room is 2 units wide, and 10^12 units when it is scaled up. Positions may be up to 2^40 units from the
+    // centre.
     for (const double factor : {1e-12, 5e11})
         compare(fmt::format("room scaled by {:.0e}", factor), scaled(room, factor), exact);
     compare("room 10^7 units from the origin", moved(room, dvec3(1e7, -1e7, 3e6)), exact);

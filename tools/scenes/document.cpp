@@ -29,7 +29,7 @@ std::uint64_t padded(std::uint64_t bytes) {
 Json rotation(const dmat3& matrix) {
     glm::dquat q = glm::normalize(glm::quat_cast(matrix));
     if (q.w < 0) q = -q;
-    return Json::array({q.x + 0.0, q.y + 0.0, q.z + 0.0, q.w});  // + 0.0: no "-0.0"
+    return Json::array({q.x + 0.0, q.y + 0.0, q.z + 0.0, q.w});  // + 0.0 turns -0.0 into 0.0
 }
 
 }  // namespace

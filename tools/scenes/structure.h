@@ -19,7 +19,8 @@ struct Detail {
     /// Returns base * level, rounded up for some and down for others of many parts, so that their mean is exact.
     int dithered(int i, double base, int least, int most) const;
     bool above(double threshold) const { return level >= threshold; }
-    /// Returns whether part i of many is there: none below one level, all above another, so that totals grow evenly.
+    /// Returns whether part i of many is built. Below the level `none` no part is, above `all` every part is, and their
+    /// number grows evenly in between.
     bool has(int i, double none, double all) const;
 };
 

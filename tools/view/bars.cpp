@@ -104,7 +104,7 @@ void status_line(const Rectangle& where, const Progress& progress, const std::st
     ImGui::TextUnformatted(line.c_str());
     const float left = ImGui::GetItemRectMax().x - at.x + 2 * ImGui::GetFontSize();
     const float start = ImGui::GetWindowContentRegionMax().x - ImGui::CalcTextSize(right.c_str()).x;
-    if (start > left) {  // the progress matters more
+    if (start > left) {  // the text on the right is left out if it would cover the progress
         ImGui::SameLine(start);
         ImGui::TextUnformatted(right.c_str());
     }

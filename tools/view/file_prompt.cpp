@@ -142,7 +142,7 @@ std::optional<FilePrompt::Answer> FilePrompt::declare() {
     if (ImGui::InputTextWithHint("##name", "name of a file or folder", name_.data(), name_.size(),
                                  ImGuiInputTextFlags_EnterReturnsTrue | ImGuiInputTextFlags_AutoSelectAll)) {
         taken = name_.data();
-        ImGui::SetKeyboardFocusHere(-1);  // a folder that was entered is followed by another name
+        ImGui::SetKeyboardFocusHere(-1);  // the name of a folder opens it, and the user types the next name
     }
     if (layers) checkbox("All layers in an .exr", all_layers_, "adds the components and the data of each pixel");
     if (!note_.empty()) faint_text(note_);

@@ -53,7 +53,7 @@ class Gizmo {
         dvec3 axes[3];      // change of place per unit of translation; otherwise directions
         dmat3 to_world{1};  // translations of the edit to the world
         bool is_light = false;
-        NodeFrame frame{};  // that of a node
+        NodeFrame frame{};  // axes and place of a node, if a node is edited
     };
     struct Drag {
         int axis;

@@ -109,7 +109,7 @@ void Gui::load_font() {
     style.WindowRounding = 0;
     style.FrameRounding = 3;
     style.GrabMinSize = 12;
-    // Numbers of sliders stand on their grabs, too.
+    // The number of a slider is drawn over its grab, which must be dark enough for it.
     style.Colors[ImGuiCol_SliderGrab] = {0.20f, 0.40f, 0.70f, 1};
     style.Colors[ImGuiCol_SliderGrabActive] = {0.24f, 0.47f, 0.82f, 1};
     // Keys of menus are disabled text, also on the entry under the mouse.

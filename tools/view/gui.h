@@ -1,5 +1,5 @@
 // Dear ImGui in a window: its context, its font and its frames. Dear ImGui samples the state of buttons, and up to 1.88
-// of keys, once a frame; this class feeds it from the window's queue of events, so that no press is lost.
+// of keys, once a frame. This class feeds it from the window's queue of events, so that no press is lost.
 #pragma once
 
 #include <bitset>

@@ -37,8 +37,8 @@ class Picker {
 
 /// Returns the distance from a camera to the surface in the middle of its view, else to the scene's centre.
 double distance_ahead(const Camera& camera, const Picker& picker, const Scene& scene);
-/// Returns the distance of the point that the camera orbits at first: distance_ahead(), but less where walls stand near
-/// the camera, because an orbit moves the camera aside by about this distance.
+/// Returns the distance of the point that the camera orbits at first. It is distance_ahead(), but less if walls stand
+/// near the camera, because an orbit moves the camera aside by about this distance.
 double orbit_distance(const Camera& camera, const Picker& picker, const Scene& scene);
 
 }  // namespace halflight::view

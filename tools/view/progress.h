@@ -17,7 +17,7 @@ struct Progress {
     int divisor = 1;                  // Picture::divisor of the newest picture; 0: there is no picture
     std::optional<double> seconds{};  // time per sample; none: unknown yet
     std::optional<double> relmse{};   // estimated relMSE; none: unknown yet
-    int denoised = 0;                 // samples of the denoised picture that is shown; 0: it is none
+    int denoised = 0;                 // samples of the denoised picture that is shown; 0: the picture is not denoised
     std::optional<ivec2> region{};    // size of the region that takes samples, pixels; none: the whole picture does
 };
 

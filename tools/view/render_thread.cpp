@@ -209,7 +209,7 @@ void RenderThread::take_shaders(RendererCache& renderers) {
     }
     {
         const std::lock_guard lock(mutex_);
-        taken |= error.empty() && status_.failed != 0;  // the failed request may succeed now
+        taken |= error.empty() && status_.failed != 0;  // the failed request may succeed with other shaders
         status_.shader_error = error;
         if (error.empty()) ++status_.reloads;
     }

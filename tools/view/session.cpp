@@ -318,7 +318,7 @@ SavedSettings Session::saved(const ivec2& size) const {
     s.settings.bounces = bounces;
     s.settings.preview = modes.preview;
     s.settings.clamp = modes.clamp;
-    s.settings.denoise = modes.denoise && samples >= 2;  // `render` denoises no fewer
+    s.settings.denoise = modes.denoise && samples >= 2;  // `halflight render` needs two samples to denoise, too
     s.settings.backfaces = modes.backfaces;
     s.variant = arguments_.variant;
     s.line_width = arguments_.line_width;

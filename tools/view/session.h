@@ -56,11 +56,11 @@ struct View {
     bool operator==(const View& o) const { return camera == o.camera && (camera || pose == o.pose); }
 };
 
-/// Which pictures are denoised.
+/// The pictures that are denoised.
 enum class Denoising {
     off,
     preview,  // pictures of few samples, by Preview::filter
-    always,   // all pictures, as RenderSettings::denoise does
+    always,   // every picture, by RenderSettings::denoise
 };
 
 /// Values of options that are switched off. They return when the option is switched on again.

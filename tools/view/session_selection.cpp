@@ -36,7 +36,7 @@ void Session::find_references(bool other_scene) {
                             references_.meshes.size() == scene_->meshes.size() &&
                             references_.nodes.size() == tree_->nodes.size() &&
                             references_.cameras.size() == scene_->cameras.size();
-    if (!other_scene && same_names) return;  // poses are frequent
+    if (!other_scene && same_names) return;  // poses come often, and leave names unchanged
     const std::vector<std::string> before = std::move(references_.lights);
     references_ = {references_to(lights_of(*scene_)), references_to(materials_of(*scene_)),
                    references_to(meshes_of(*scene_)), references_to(nodes_of(*tree_)),

@@ -87,7 +87,7 @@ class Viewer {
 
     // The following functions are defined in viewer_actions.cpp.
 
-    /// point: pixel of the picture under the mouse; none: the mouse is elsewhere.
+    /// Performs an action. point: pixel of the picture under the mouse; none: the mouse is elsewhere.
     void perform(Action action, const KeyPress& press, const std::optional<dvec2>& point);
     bool available(Action action) const;  // Returns whether an action would have an effect now.
     void play_or_stop();                  // Plays the first animation if none has been chosen.
@@ -107,7 +107,7 @@ class Viewer {
     float shown_split() const;                     // Returns the split of Display::draw() in the current mode.
     bool settings_changed() const;                 // Returns whether another program has written the settings file.
     void save(const std::filesystem::path& file);  // Saves the settings; later saves go to the same file.
-    /// all_layers: an .exr takes all layers, not only the one shown.
+    /// Saves the picture. all_layers: an .exr takes all layers, not only the one shown.
     void screenshot(const std::filesystem::path& path, bool all_layers = false);
     /// Returns the newest picture of the current view with all layers in full resolution; null: there is none yet.
     std::shared_ptr<const Picture> complete_picture() const;

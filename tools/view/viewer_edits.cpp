@@ -78,7 +78,7 @@ void Viewer::ask_about_edits() {
                 unsaved_prompt_.cancel();
                 return file_prompt_.ask_to_replace(session_.settings_file());
             }
-            writer_.finish();  // a file of earlier settings must not replace these
+            writer_.finish();  // waits for earlier settings, which must not replace these
             saving_.clear();
             session_.save(picture_size_);
             session_.note_saved(session_.settings_file());

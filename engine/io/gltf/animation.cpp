@@ -197,7 +197,7 @@ class Reader {
         const std::size_t expected = check_count(element, from, static_cast<std::size_t>(weights ? morph_targets : 1));
         const std::size_t bytes = sizeof(float) * (accessors_.count(input) +
                                                    expected * static_cast<std::size_t>(accessors_.components(output)));
-        MemoryLedger::process().check(2 * bytes, document_.file, element);  // while they are read there is a copy
+        MemoryLedger::process().check(2 * bytes, document_.file, element);  // reading makes a copy
         // Samplers may share accessors, so that a small file has many keyframes.
         memory_ = {MemoryLedger::process(), MemoryPart::scene, memory_.bytes() + bytes};
         keys.times = accessors_.read<float>(input, element + ".input");

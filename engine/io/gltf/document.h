@@ -30,7 +30,7 @@ struct GltfImageSource {
     std::string label;  // URI or name of the image, for messages
     std::string uri;    // URI of the image; empty: the image is in `buffer_view`
     int buffer_view = kNone;
-    bool optional = true;  // whether textures do without the image, since an optional extension names it
+    bool optional = true;  // whether textures may lack the image, because an optional extension names it
     int fallback = kNone;  // the texture's image if this one cannot be read
     bool is_missing() const { return uri.empty() && buffer_view == kNone; }
 };
@@ -50,7 +50,7 @@ class GltfWarnings {
 
   private:
     struct Warning {
-        std::string what, element;  // those of the first warning of its kind
+        std::string what, element;  // text and element of the first warning of its kind
         bool fault = false;
         std::size_t count = 0;
     };

@@ -279,7 +279,7 @@ void decode(const Source& source, const GltfDocument& document, const std::strin
     try {
         const draco::Status status = decoder.Decode(options, &buffer, &mesh);
         if (!status.ok()) document.fail(element, "its Draco data is damaged: {}", status.error_msg());
-    } catch (const std::out_of_range&) {  // the library calls std::vector::at() with decoded numbers
+    } catch (const std::out_of_range&) {  // from std::vector::at(), which the library calls with decoded indices
         document.fail(element, "its Draco data is damaged");
     }
 }

@@ -28,10 +28,10 @@ struct LightSize {
     float radius = 0;
     float angle = 0;
 };
-/// Returns the size of each light, from numbers in its extras: "radius" (metres), as NVIDIA's vk_gltf_renderer stores
-/// it, which for directional lights is the radius in km of a disc at the distance of the sun; "shadow_soft_size"
-/// (metres) and "angle" (radians), as Blender names them. Other values are ignored with a warning. `root` is an object,
-/// otherwise unchecked.
+/// Returns the size of each light, from numbers in its extras: "radius", "shadow_soft_size" (metres) and "angle"
+/// (radians). Blender has the latter two names. NVIDIA's vk_gltf_renderer stores "radius": metres, or, for directional
+/// lights, the radius in km of a disc at the distance of the sun. Other values are ignored with a warning. `root` is an
+/// object, otherwise unchecked.
 std::vector<LightSize> light_sizes_in_extras(const nlohmann::json& root, GltfWarnings& warnings);
 
 }  // namespace halflight

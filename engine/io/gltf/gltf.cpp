@@ -95,7 +95,7 @@ MaterialSet load_material_set(GltfDocument& document, std::vector<GltfMaterial>&
 /// Returns a material of another pose, with the images of `known`.
 Material with_images_of(const Material& known, const GltfMaterial& from) {
     Material material = from.material;
-    if (from.glossiness && known.specular_color_texture) {  // as load_images() does
+    if (from.glossiness && known.specular_color_texture) {  // load_images() does the same for the rest pose
         material.metallic_roughness_texture = material.specular_color_texture;
         material.roughness = 1;
     }

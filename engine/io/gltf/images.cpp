@@ -75,7 +75,7 @@ struct DecodedImage {
     TextureImage image;
     ImageHeader header;
     std::uint64_t key = 0;  // TextureStore::key()
-    std::string error;      // empty: it has been read
+    std::string error;      // reason why the image could not be read; empty: it was read
 };
 
 /// Decodes an image and makes its levels, or takes both from the cache of the store.

@@ -81,7 +81,7 @@ void tolerate(GltfDocument& document, std::size_t node, F f) {
 std::vector<int> find_parents(GltfDocument& document) {
     const auto& nodes = document.model.nodes;
     std::vector<int> parents(nodes.size(), kNone);
-    for (const bool used : {true, false}) {  // nodes that nothing uses have no say if others have spoken
+    for (const bool used : {true, false}) {  // parents that the scene uses come first
         for (std::size_t i = 0; i < nodes.size(); ++i) {
             if (is_used(document.uses, "nodes", i) != used) continue;
             for (const int child : nodes[i].children) {

@@ -97,7 +97,7 @@ GltfRules make_rules() {
           {"byteOffset", natural, "size"},
           {"componentType", natural, "", 0, kRequired},
           {"count", natural, "size", 0, kRequired},
-          {"max", anything},  // whether animations' times have limits; damaged ones are common
+          {"max", anything},  // only their presence is checked, since damaged limits are common
           {"min", anything},
           {"normalized", flag},
           {"sparse", object, "sparse"},

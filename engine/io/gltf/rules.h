@@ -22,7 +22,7 @@ enum class GltfKind {
     index,       // index into the list `of`
     indices,     // array of such indices
     index_map,   // object whose values are such indices
-    index_maps,  // array of such objects
+    index_maps,  // array of objects whose values are such indices
     naturals,    // object whose values are natural
     object,      // object of type `of`
     objects,     // array of such objects

@@ -263,7 +263,7 @@ JsonSize measure_json(std::string_view text) {
     constexpr std::size_t kListed = 770;  // object in an array: most become an object of the model, too
     constexpr std::size_t kObject = 100;  // other object
     constexpr std::size_t kArray = 40;    // array without its elements
-    constexpr std::size_t kElement = 24;  // place in an array, whose places double in number as it grows, and its copy
+    constexpr std::size_t kElement = 24;  // place in an array, and in the copy that is made when the array doubles
     constexpr std::size_t kMember = 96;   // member of an object: key, value and links
     constexpr std::size_t kMoved = 24;    // value of the largest object, when the object is destroyed
     constexpr std::size_t kString = 48;   // string of at most kShort characters
@@ -279,7 +279,7 @@ JsonSize measure_json(std::string_view text) {
     std::size_t depth = 0, largest_object = 0;
     const auto close = [&] {
         const Level& level = levels[depth];
-        const std::size_t values = level.commas + 1;  // an empty one counts as one of one value
+        const std::size_t values = level.commas + 1;  // an empty array or object counts as one value
         if (level.is_array)
             size.bytes += kElement * std::bit_ceil(values);
         else

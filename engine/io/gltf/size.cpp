@@ -94,7 +94,7 @@ std::size_t count_flat(const GltfDocument& document, const GltfNodes& nodes, int
     if (document.model.nodes[static_cast<std::size_t>(node)].skin != kNone) return 0;
     const dmat4& world = nodes.world[static_cast<std::size_t>(node)];
     if (!instancing) return shape_of(world) == GltfShape::flat;
-    constexpr std::size_t kAtOnce = std::size_t{1} << 17;  // transforms of 22 MiB; sparse values are read each time
+    constexpr std::size_t kAtOnce = std::size_t{1} << 17;  // transforms that are read at a time: 22 MiB
     std::size_t flat = 0;
     for (std::size_t first = 0; first < instances; first += kAtOnce)
         for (const Joint& local : instance_transforms(document, *instancing, fmt::format("nodes[{}]", node), first,

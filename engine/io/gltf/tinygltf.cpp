@@ -16,7 +16,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-/// Members of accessors that glTF allows, or that only matter once they are read, and that tinygltf refuses: indices
+/// Members of accessors that tinygltf refuses, although glTF allows them or nothing may read them. They are indices
 /// without a buffer view, whose data Draco decodes, and unknown component types.
 struct Unusual {
     std::size_t accessor = 0;

@@ -166,15 +166,12 @@ class BsdfTest : public GpuTest {
                 bad += smallest >= 0.0 && largest < 1e30 ? 0.0 : 1.0;  // false for NaN
                 bad += abs(length(g.direction) - 1.0) < 1e-5 ? 0.0 : 1.0;
                 worst = max(worst, max(g.weight.x, d.weight.x));
-            #if HALFLIGHT_VOLUME
-                vec3 passed = transmittance(medium_towards(b, vec4(0.0), wi), 1e30);
-                bad += passed.x >= 0.0 && passed.x <= 1.0 ? 0.0 : 1.0;
-            #else
                 bool is_dark = v.diffuse + v.glossy == vec3(0.0);
                 float side_g = dot(wi, b.geometric_normal);
                 bool between = side_g * dot(wi, b.normal) <= 0.0 && side_g * dot(wi, base_normal(b, wo)) <= 0.0;
-                bad += between && !is_dark && b.coat == 0.0 ? 1.0 : 0.0;
-            #endif
+                if (!kVolume) bad += between && !is_dark && b.coat == 0.0 ? 1.0 : 0.0;
+                vec3 passed = transmittance(medium_towards(b, vec4(0.0), wi), 1e30);
+                if (kVolume) bad += passed.x >= 0.0 && passed.x <= 1.0 ? 0.0 : 1.0;
             }
             result[0] = vec4(bad, worst, b.p_diffuse, b.p_coat + b.p_transmission + b.p_sheen);
         )",

@@ -95,16 +95,13 @@ class ShadingScene {
 inline constexpr const char* kMeetLibrary = R"(
 #include "shaders/lib/intersect.glsl"
 vec3 to_block(uint instance, vec3 v, float w) {
-#if HALFLIGHT_INSTANCES
+    if (!kInstances) return v;
     precise vec3 result;
     for (int r = 0; r < 3; ++r) {
         vec4 row = instance_row(instance, kInstanceWorldToBlock, r);
         result[r] = row.x * v.x + row.y * v.y + row.z * v.z + row.w * w;
     }
     return result;
-#else
-    return v;
-#endif
 }
 // Finds the nearest of triangles [first, end) of one instance in (t_min, best.t).
 void meet(Ray ray, uint instance, uint first, uint end, inout Hit best) {

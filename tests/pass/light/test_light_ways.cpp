@@ -234,7 +234,7 @@ TEST_F(LightWays, IlluminanceOfFewLights) {
 /// Compares the mean contribution of each selection with the sum over all lights.
 TEST_F(LightWays, EverySelectionIsUnbiased) {
     const Scene scene = many_lights(0, 24, 40);
-    constexpr std::uint32_t kStreams = 256;  // of 512 samples; the largest standard error is 1.5 %
+    constexpr std::uint32_t kStreams = 256;  // streams of 512 samples each; the largest standard error is 1.5 %
     std::vector<vec4> at = receivers(kReceivers);
     const TraceTables trace = build_trace_tables(scene);
     for (const LightChoice choice : {LightChoice::power, LightChoice::tree, LightChoice::uniform}) {

@@ -6,8 +6,7 @@
 #include <cmath>
 
 #include "engine/core/statistics.h"
-#include "passes/light/diffuse.h"
-#include "passes/light/glossy.h"
+#include "passes/light/first_scatter.h"
 #include "shaders/shared/path_state.h"
 #include "tests/pass/light/closed_forms.h"
 #include "tests/pass/light/density_check.h"

@@ -89,7 +89,7 @@ TEST_F(ShadingSolid, WhiteFurnace) {
     )",
                             cases);
     for (std::size_t c = 0; c < cases.size(); ++c) {
-        // Solids of roughness 0 are mirrors. An anisotropic lobe beside them is none, and its table is coarser.
+        // Solids of roughness 0 are mirrors. An anisotropic lobe beside them is no mirror, and its table is coarser.
         const double mirror = cases[c].anisotropy > 0 ? 5e-3 : 2e-3;
         EXPECT_NEAR(albedo[c].x, 1, cases[c].roughness == 0 ? mirror : 2e-2) << cases[c].describe();
     }

@@ -24,11 +24,8 @@ void main() {
     Material m = evaluate_material(s, wo);
     Bsdf b = make_bsdf(m, s.geometric_normal, wo);
     Receiver at = receiver_at(s.position, s.geometric_normal);
-#if HALFLIGHT_EVERY_LIGHT
-    LightSample l = sample_of_light(at, i % light_count(), sample_2d(random, 1u), 1.0, 0.0);
-#else
     LightSample l = sample_light(at, sample_2d_bits(random, 1u));
-#endif
+    if (HALFLIGHT_EVERY_LIGHT != 0) l = sample_of_light(at, i % light_count(), sample_2d(random, 1u), 1.0, 0.0);
     BsdfValue v = evaluate_bsdf(b, wo, l.direction);
     BsdfSample d = sample_diffuse(b, wo, sample_2d(random, 2u), sample_1d(random, 5u));
     BsdfSample g = sample_glossy(b, wo, sample_2d(random, 3u), sample_1d(random, 4u));
@@ -50,7 +47,7 @@ TEST_F(ShadingVariants, Compile) {
     for (const SceneNeed& need : known_scene_needs()) {
         SceneNeeds one;
         one.*need.flag = true;
-        one.punctual_lights = one.punctual_lights || one.every_light;  // which only scenes with lights need
+        one.punctual_lights = one.punctual_lights || one.every_light;  // only scenes with lights need every_light
         variants.push_back(united(one, {}));
     }
     for (const bool map : {false, true}) {

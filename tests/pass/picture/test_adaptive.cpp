@@ -143,7 +143,7 @@ TEST_F(AdaptiveTest, MeansAreUnbiasedAndTheirVarianceIsKnown) {
     EXPECT_GT(pixels.variance(), 0.1 * claimed);
 }
 
-/// A thin strip is met by few samples. Its mean is known, and a number of samples that depends on the hits would show
+/// A thin strip is met by few samples. Its mean is known. A number of samples that depends on the hits would show
 /// if it shifted the mean by 12 %: the bound is at most 8 %, and the standard error 2 %.
 TEST_F(AdaptiveTest, ThinStripsKeepTheirMean) {
     constexpr int kSide = 32;

@@ -251,7 +251,7 @@ TEST_F(Deform, LimitsOfTheDriverChangeNothing) {
     gpu::Limits small = context.limits(), tiny = small, narrow = small;
     small.storage_block_bytes = 40 * 64;  // 64 vertices with normals and tangents fit
     tiny.storage_block_bytes = 8;         // less than one vertex fits
-    narrow.texture_buffer_texels = 126;   // 18 joints fit: fewer than one shape has
+    narrow.texture_buffer_texels = 126;   // 18 joints fit, and one shape has more
     GpuDeformer in_pieces(context, small), on_cpu(context, tiny), part_on_cpu(context, narrow);
     std::vector<Posable> shapes;
     for (const auto& [name, kind] : kKinds) shapes.emplace_back(kind, 3u);

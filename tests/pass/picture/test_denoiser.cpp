@@ -354,7 +354,8 @@ TEST_F(DenoiserTest, MovingObjectsLeaveNoGhosts) {
         HalfData data =
             halves({80, 40}, [&](int x, int, int) { return uniform(random) * (is_object(x, left) ? 1.5f : 1.0f); });
         for (std::size_t i = 0; i < data.guide.size(); ++i)
-            if (is_object(static_cast<int>(i % 80), left)) data.guide[i].w = 0.95f;  // hardly nearer
+            if (is_object(static_cast<int>(i % 80), left))
+                data.guide[i].w = 0.95f;  // the object is hardly nearer than what is behind it
         return data;
     };
     const auto motion = [&](int left, float way) {

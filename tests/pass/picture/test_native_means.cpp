@@ -69,7 +69,7 @@ class NativeMeansTest : public GpuTest {
         pass.execute([&](graph::Resources& r) {
             gpu::Defines defines;
             if (kernel.patch == 1) defines.set("HALFLIGHT_PREVIEW");
-            const gpu::Program& program = r.compute("shaders/nl_means.comp", defines);
+            const gpu::Program& program = r.kernel({"shaders/nl_means.comp", defines});
             if (kernel.patch == 1) program.set("stride", kernel.stride);
             program.dispatch(static_cast<std::uint32_t>((p.size.x + 31) / 32),
                              static_cast<std::uint32_t>((p.size.y + 31) / 32));

@@ -110,7 +110,7 @@ TEST_F(PreviewFilterTest, NoiseOfOneSurfaceIsRemoved) {
 TEST_F(PreviewFilterTest, NothingIsMixedAcrossAnEdge) {
     const Plane wall;
     const vec3 turned = glm::normalize(vec3(1, 0, 1));
-    const Plane nearer{{0, 0, 1}, -3};          // parallel, with a gap
+    const Plane nearer{{0, 0, 1}, -3};          // parallel to the wall, with a gap
     const Plane corner{turned, -5 * turned.z};  // touches the other plane at x = 0, at the edge
     for (const float samples : {1.0f, 8.0f}) {
         for (const Plane& right : {nearer, corner}) {

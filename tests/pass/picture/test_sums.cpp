@@ -124,7 +124,8 @@ struct SumsOnCpu {
             const dvec3 beauty = emitted + near[0] + near[1] + far[0] + far[1];
             dvec3 albedo(0), normal(0);
             if (with.features && s.is_surface) {
-                albedo = min(guarded(s.diffuse + s.specular, shared::kCountGBuffer), dvec3(1));  // mirrors gain nothing
+                albedo = min(guarded(s.diffuse + s.specular, shared::kCountGBuffer),
+                             dvec3(1));  // no surface reflects more than it receives
                 normal = guarded(s.normal, shared::kCountGBuffer, false);
             }
             for (int c = 0; c < 3; ++c) {

@@ -144,7 +144,7 @@ void main() {
 
 struct Counts {
     std::uint32_t triples = 0;  // number of tested combinations of a ray, a box of a block, and the surrounding box
-    std::uint32_t met = 0;      // the ray meets the inner box
+    std::uint32_t met = 0;      // triples whose ray meets the inner box
     std::uint32_t lost = 0;     // rays that miss the outer box or meet it later, or whose shaft misses it
 };
 

@@ -1,5 +1,5 @@
-// Tests that all tracing methods give the hits of the plain tracer bit for bit, for rays and scenes of all kinds:
-// culling by tiles, native tracing, and raster culling. test_tracer_scenes.cpp does so for the scenes of files.
+// Tests that all tracing methods give the hits of the plain tracer bit for bit, for rays and scenes of all kinds. They
+// are culling by tiles, native tracing, and raster culling. test_tracer_scenes.cpp does so for the scenes of files.
 #include <gtest/gtest.h>
 
 #include <limits>

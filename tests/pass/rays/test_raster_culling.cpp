@@ -1,5 +1,5 @@
 // Tests that raster culling gives the hits of the plain tracer bit for bit, with any visibility state and any query
-// answers, and that it traces no hidden nodes. test_methods.cpp tests other rays and scenes.
+// answers. It must trace no hidden nodes. test_methods.cpp tests other rays and scenes.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -28,7 +28,7 @@ layout(local_size_x = 64) in;
 layout(std430) buffer Counts { uint counts[]; };
 uniform uint seed;
 uniform float slack;
-uniform float narrower;  // by which shafts are, relative to the reach
+uniform float narrower;  // amount by which shafts are made narrower, relative to the reach
 
 #if HALFLIGHT_RASTER
 #define ANY_TEST TimedTest
@@ -134,14 +134,14 @@ vec4 entered_at(ShaftTest test, vec4 lower[3], vec4 upper[3]) {
 }
 #endif
 
-vec3 lower;  // of the hierarchy, in the world
+vec3 lower;  // lower corner of the hierarchy, in the world
 vec3 extent;
 float scale;
 
 vec3 any_direction(vec3 origin) {
     vec3 d = cube();
     bool away = dot(d, d) < 1e-4;
-    if (one_of(2u) || away) d = (inside(lower, lower + extent) - origin) / scale;  // across the hierarchy
+    if (one_of(2u) || away) d = (inside(lower, lower + extent) - origin) / scale;  // towards a point of the hierarchy
     for (int a = 0; a < 3; ++a) {
         if (one_of(6u)) d[a] = 0.0;
         if (one_of(12u)) d[a] *= exp2(between(-60.0, -20.0));
@@ -282,7 +282,7 @@ void main() {
 
 struct Counts {
     std::uint32_t triples = 0;   // number of tested combinations of a ray, a box, and the shaft of the ray's bundle
-    std::uint32_t met = 0;       // the ray meets the box
+    std::uint32_t met = 0;       // triples whose ray meets the box
     std::uint32_t lost = 0;      // boxes that a ray meets, and that the shaft misses or meets later
     std::uint32_t far = 0;       // random boxes that no ray of a coherent bundle meets
     std::uint32_t rejected = 0;  // far boxes that the shaft rejects

@@ -1,5 +1,5 @@
-// Tests that pictures which go on from a checkpoint have the bits of pictures that were never stopped, and that parts
-// of the samples, rendered apart and merged, make the picture of one renderer.
+// Tests that pictures which go on from a checkpoint have the bits of pictures that were never stopped. Parts of the
+// samples, rendered apart and merged, must make the picture of one renderer.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -241,7 +241,7 @@ TEST_F(CheckpointTest, CountsSamplesAndTimeOfEarlierRuns) {
         EXPECT_DOUBLE_EQ(checkpoint.earlier_samples(60), (7 * 16 + 3 * 16) / 60.0);
         EXPECT_GT(seconds = checkpoint.earlier_seconds(), 0);
         save(checkpoint, 0);
-        expect_refusal(path(), [&] { Checkpoint second(path(), "cornell", 1); });  // as another process would
+        expect_refusal(path(), [&] { Checkpoint second(path(), "cornell", 1); });  // stands for another process
     }
     EXPECT_GT(Checkpoint(path(), "cornell", 1).earlier_seconds(), seconds) << "the time of all runs";
 }

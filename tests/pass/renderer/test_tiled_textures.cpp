@@ -75,7 +75,7 @@ TEST_F(TiledTextures, ChangeNoPicture) {
 
 TEST_F(TiledTextures, OfAlphaAndLightsAreAlwaysThere) {
     Scene scene = with_noise(curtain_scene());
-    // Opaque surfaces get a texture of many tiles, which rays look up in vain.
+    // Opaque surfaces get a texture of many tiles, none of which tests of alpha or light samples need.
     std::mt19937 random(3);
     TextureImage image{.name = "opaque", .width = 700, .height = 600, .rgba = {}};
     for (int i = 0; i < 4 * image.width * image.height; ++i)

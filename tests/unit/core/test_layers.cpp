@@ -134,6 +134,23 @@ TEST(Layers, EveryDeclarationPointsDown) {
     EXPECT_GT(declarations, 30) << "too few declarations were found";
 }
 
+TEST(Layers, NoEffectIncludesAnother) {
+    // A header of passes/ that declares add_... is an effect, unless it is a step that several effects share.
+    static const std::regex effect(R"(\badd_\w+\(graph::Graph&)"), include("#include \"(passes/[^\"]+)\"");
+    int effects = 0;
+    for (const auto& [path, text] : sources()) {
+        if (!path.starts_with("passes/")) continue;
+        const std::string own = path.substr(0, path.rfind('.'));
+        for (std::sregex_iterator at(text.begin(), text.end(), include), end; at != end; ++at) {
+            const std::string header = (*at)[1];
+            if (header.starts_with("passes/steps/") || !std::regex_search(sources().at(header), effect)) continue;
+            EXPECT_EQ(header, own + ".h") << path << " includes another effect";
+            ++effects;
+        }
+    }
+    EXPECT_GT(effects, 10) << "too few effects were found";
+}
+
 TEST(Layers, EveryRoomIsAFolder) {
     // A room lists only rooms above it in the file (otherwise allowed() throws), so there is no cycle.
     EXPECT_GT(allowed().size(), 15u);

@@ -113,7 +113,7 @@ TEST_F(DispatchTest, PiecesKnowTheirPlaceInTheDispatch) {
         const Program program = Program::compute(places);
         const Buffer result("places", kInvocations * sizeof(uvec4));
         const Buffer counts = Buffer::from("counts", std::vector<std::uint32_t>{9, 20, 3, 2});
-        for (int i = 0; i < 30; ++i) {  // sizes change at first, and whole dispatches follow
+        for (int i = 0; i < 30; ++i) {  // the first dispatches are in pieces of changing sizes, later ones are whole
             program.bind_storage("Places", result);
             if (indirect)
                 program.dispatch_indirect(counts, kGroups, sizeof(std::uint32_t));

@@ -46,7 +46,7 @@ class GraphTest : public GpuTest {
         pass.read(source, storage_read, "In");
         target = pass.write(target, storage_write, "Out");
         pass.execute([=](Resources& r) {
-            const gpu::Program& program = r.compute(kAddOne);
+            const gpu::Program& program = r.kernel({kAddOne});
             program.set("step", step);
             program.dispatch(kCount / 64);
         });
@@ -235,13 +235,14 @@ TEST_F(GraphTest, WrongPassesAreNamed) {
         {"bare", "has declared no kernel", [](Pass& p, BufferHandle) { p.execute([](Resources& r) { r.kernel(); }); }},
         {"curious", "'ramp' without having declared it",
          [](Pass& p, BufferHandle ramp) { p.execute([=](Resources& r) { r.buffer(ramp); }); }},
-        {"misspelt", "'ramp' to 'Inn', which add one does not declare", [](Pass& p, BufferHandle ramp) {
+        {"misspelt", "'ramp' to 'Inn', which add one does not declare",
+         [](Pass& p, BufferHandle ramp) {
              p.read(ramp, storage_read, "Inn");
-             p.execute([](Resources& r) { r.compute(kAddOne).dispatch(1); });
+             p.execute([](Resources& r) { r.kernel({kAddOne}).dispatch(1); });
          }},
         {"wordy", "'ramp' to 'main', which add one does not declare", [](Pass& p, BufferHandle ramp) {
              p.read(ramp, storage_read, "main");
-             p.execute([](Resources& r) { r.compute(kAddOne).dispatch(1); });
+             p.execute([](Resources& r) { r.kernel({kAddOne}).dispatch(1); });
          }}};
     for (const auto& c : cases) {
         Graph graph;

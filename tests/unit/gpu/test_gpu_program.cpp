@@ -52,9 +52,14 @@ uniform usampler2D never;
 layout(rgba32f) writeonly uniform image2D picture; uniform float a = 1, b[SIZE(c, d)] = {e, f};uniform vec2[2] g;
 uniform layout(location = 3) readonly iimage2D h;
 int function(float local) { buffered = uniformed; return 1; })");
-    const std::pair<const char*, const char*> expected[] = {
-        {"storage block", "Values"}, {"uniform block", "Frame"}, {"sampler", "never"}, {"image", "picture"},
-        {"image", "h"},              {"uniform", "a"},           {"uniform", "b"},     {"uniform", "g"}};
+    const std::pair<const char*, const char*> expected[] = {{"storage block", "Values"},
+                                                            {"uniform block", "Frame"},
+                                                            {"sampler", "never"},
+                                                            {"image", "picture"},
+                                                            {"image", "h"},
+                                                            {"uniform", "a"},
+                                                            {"uniform", "b"},
+                                                            {"uniform", "g"}};
     EXPECT_EQ(found.size(), 2 * std::size(expected));
     for (const auto& [kind, name] : expected) {
         EXPECT_TRUE(found.contains(name)) << name;
@@ -237,7 +242,7 @@ TEST_F(ProgramTest, BlocksAndDispatchesBeyondTheDriversLimitsAreErrors) {
                         program.dispatch(groups[0], groups[1], groups[2]);
                     }).starts_with(fmt::format("double: needs {} workgroups along {}", groups[axis], "xyz"[axis])));
     }
-    if (limits.storage_block_bytes > std::size_t{256} << 20) return;  // takes too much memory
+    if (limits.storage_block_bytes > std::size_t{256} << 20) return;  // the buffer would take too much memory
     const Buffer large("large", limits.storage_block_bytes + 4);
     EXPECT_TRUE(error_message([&] {
                     program.bind_storage("Values", large);

@@ -54,7 +54,7 @@ class GltfBuilder {
                   {"count", components.size() / per_element},
                   {"type", type}};
         if (normalized) a["normalized"] = true;
-        if (per_element == 1 && !components.empty()) {  // animations require them of their times
+        if (per_element == 1 && !components.empty()) {  // accessors of an animation's times need min and max
             const auto [least, most] = std::minmax_element(components.begin(), components.end());
             a["min"] = {*least}, a["max"] = {*most};
         }
@@ -173,7 +173,7 @@ class GltfTest : public testing::Test {
     /// A change that makes a file invalid.
     struct Refusal {
         std::string pointer;
-        Json value;           // put at the pointer
+        Json value;           // new value at the pointer
         std::string element;  // start of the message
     };
     void expect_refused(const GltfBuilder& valid, std::initializer_list<Refusal> cases) const {

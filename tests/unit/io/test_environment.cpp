@@ -157,7 +157,7 @@ TEST_F(EnvironmentMap, DamagedFilesAreErrors) {
         hdr("", "+X 8 +X 1", row),                                //
         hdr("", "-Y 0 +X 8", row),                                // bad resolutions
         hdr("", "-Y 99999999999 +X 8", row),                      //
-        hdr("", "-Y 1 +X 16385", row),                            // beyond the limit
+        hdr("", "-Y 1 +X 16385", row),                            // a side beyond the limit
         "#?RADIANCE\nFORMAT=32-bit_rle_hsve\n\n-Y 1 +X 1\nabcd",  // another format of pixels
         "\x89PNG\r\n\x1a\n",
     };

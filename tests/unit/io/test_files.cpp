@@ -94,7 +94,7 @@ struct Nobody {
                 euidaccess(folder.c_str(), W_OK) == 0;
     }
     ~Nobody() { EXPECT_EQ(seteuid(getuid()), 0); }
-    bool works = true;  // false in a user namespace without that user, and below a folder that others cannot search
+    bool works = true;  // false if the process cannot become that user, or that user cannot reach the folder
 };
 
 TEST_F(Files, ReadOnlyFolderAndFile) {

@@ -92,7 +92,7 @@ TEST(ImageFiles, TruncatedAndOversizedOnesAreRefused) {
         Read* read;
         int side;
         std::string bytes;
-        std::size_t optional;  // bytes at the end that decoders do without: JPEG's end marker, padding of WebP
+        std::size_t optional;  // bytes at the end that decoders do not need: JPEG's end marker, padding of WebP
     } cases[] = {
         {read_png, 3, encode_rows(3, {8, PNG_COLOR_TYPE_GRAY}, {{1, 2, 3}, {4, 5, 6}, {7, 8, 9}}), 0},
         {read_jpeg, 40, encode_jpeg(40, {200, 100, 50}), 2},

@@ -200,7 +200,7 @@ TEST_F(TextureCache, MakesDamagedAndForeignFilesAnew) {
     std::filesystem::copy_file(path, path.parent_path() / "0000000000000008-1.tiles");
     EXPECT_FALSE(store()->find(8, tiled)) << "a file of another key";
 
-    std::string damaged = whole;  // in a tile, which is checked when it is read
+    std::string damaged = whole;  // the damage is in a tile, which is checked when it is read
     damaged[1000] = static_cast<char>(damaged[1000] ^ 16);
     write_file(path, damaged);
     TextureImage unread;

@@ -148,7 +148,7 @@ void check_rings(const std::vector<Ring>& rings) {
     for (std::size_t i = 0; i < rings.size(); ++i) {
         for (int sample = 0; sample < 40; ++sample) {
             const double r = std::sqrt(uniform(random)), u = r * uniform(random);
-            const std::size_t first = sample % 2 == 0 ? 0 : 2;  // of the two triangles
+            const std::size_t first = sample % 2 == 0 ? 0 : 2;  // first corner of one of the two triangles
             const vec3 &a = rings[i][first], &b = rings[i][first + 1], &c = rings[i][2 - first];
             const dvec3 p = (1 - r) * dvec3(a) + u * dvec3(b) + (r - u) * dvec3(c);
             outside += std::none_of(parts[i].begin(), parts[i].end(), [&](const Bounds& box) {

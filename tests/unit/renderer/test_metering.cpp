@@ -67,7 +67,7 @@ TEST(Metering, TheCentreOfEachEyeWeighsMore) {
             picture_of([=](double x, double y) { return std::hypot(x, y) < 0.8 ? inside : outside; }));
     };
     EXPECT_GT(disc(100, 200), disc(200, 100)) << "nearly as many pixels are inside as outside";
-    // Both halves have the same disc. Without the layout, the seam between them would weigh most.
+    // Each half, the picture of an eye, has the same disc. If metering ignored the layout, the seam would weigh most.
     const auto discs = [](double inside, double outside) {
         return metered_exposure(
             picture_of([=](double x, double y) { return std::hypot(x, 2 * std::abs(y) - 1) < 0.8 ? inside : outside; }),

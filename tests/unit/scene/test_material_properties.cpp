@@ -339,22 +339,20 @@ std::string row_list() {
     return lines;
 }
 
-/// Returns the assignment of a property to its member of `m`, or of its default if its macro is not defined.
+/// Returns the assignment of a property to its member of `m`, or of its default if its macro is 0.
 std::string load(const MaterialProperty& p) {
     const int count = component_count(p.field);
     const std::string value = fmt::format("packed_{}(material){}", p.name,
                                           is_flag(p)   ? " != 0.0"
                                           : count == 4 ? ".rgb"
                                                        : "");
-    const std::string line = fmt::format("    m.{} = {};\n", p.shader, value);
-    if (!p.need) return line;
+    if (!p.need) return fmt::format("    m.{} = {};\n", p.shader, value);
     const vec4 constant = packed_value(Material{}, p);
     const std::string otherwise = is_flag(p) ? constant.x != 0 ? "true" : "false"
                                   : count == 1
                                       ? fmt::format("{:.1f}", constant.x)
                                       : fmt::format("vec3({:.1f}, {:.1f}, {:.1f})", constant.x, constant.y, constant.z);
-    return fmt::format("#if HALFLIGHT_{}\n{}#else\n    m.{} = {};\n#endif\n", define_of(p.need), line, p.shader,
-                       otherwise);
+    return fmt::format("    m.{} = HALFLIGHT_{} != 0 ? {} : {};\n", p.shader, define_of(p.need), value, otherwise);
 }
 
 std::string range_of(const MaterialProperty& p) {
@@ -412,11 +410,12 @@ std::string material_glsl() {
         text += fmt::format("uint {}_slot(uint material) {{ return word_of_float(material_row(material, {}).{}); }}\n",
                             t.name, t.packing.row, swizzle(t.packing, 1));
         if (t.multiplies.empty()) continue;
-        multiplies += fmt::format("#if HALFLIGHT_{}\n    vec4 {} = {}_texture({}_slot(material), uv0, uv1);\n",
-                                  t.define, t.name, t.use == TextureUse::color ? "color" : "data", t.name);
+        multiplies += fmt::format(
+            "    if (HALFLIGHT_{} != 0) {{\n        vec4 texel = {}_texture({}_slot(material), uv0, uv1);\n", t.define,
+            t.use == TextureUse::color ? "color" : "data", t.name);
         for (const TexturedProperty& factor : t.multiplies)
-            multiplies += fmt::format("    m.{} *= {}.{};\n", factor.shader, t.name, factor.channels);
-        multiplies += "#endif\n";
+            multiplies += fmt::format("        m.{} *= texel.{};\n", factor.shader, factor.channels);
+        multiplies += "    }\n";
     }
     return text + fmt::format(kFunctions, fmt::arg("members", members), fmt::arg("loads", loads),
                               fmt::arg("multiplies", multiplies));

@@ -55,7 +55,7 @@ TEST(ShadingTables, DiffuseSceneNeedsDiffuseOnly) {
               (std::vector<std::pair<std::string, std::string>>{{"HALFLIGHT_DIFFUSE", "1"},
                                                                 {"HALFLIGHT_LAYER_ROWS", "2"},
                                                                 {"HALFLIGHT_ONE_SIDED", "1"},
-                                                                {"HALFLIGHT_SURFACE_ROWS", "5u"},
+                                                                {"HALFLIGHT_SURFACE_ROWS", "5"},
                                                                 {"HALFLIGHT_VERTEX_STRIDE", "1"}}));
     EXPECT_TRUE(tables.textures.empty() && tables.color_texels.empty() && tables.data_texels.empty());
     EXPECT_TRUE(tables.lights.empty() && tables.environment.pixels.empty() && tables.albedo.pixels.empty());

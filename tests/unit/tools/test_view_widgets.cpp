@@ -48,7 +48,7 @@ class ViewWidgets : public testing::Test {
         return changed;
     }
 
-    ImVec2 middle;  // of the slider
+    ImVec2 middle;  // middle of the slider
 };
 
 TEST_F(ViewWidgets, ADoubleClickOnASliderTypesAndRestoresItsValue) {

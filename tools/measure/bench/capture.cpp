@@ -10,8 +10,7 @@
 #include "engine/graph/execute.h"
 #include "engine/tables/shading_tables.h"
 #include "passes/light/continuation.h"
-#include "passes/light/diffuse.h"
-#include "passes/light/glossy.h"
+#include "passes/light/first_scatter.h"
 #include "passes/light/shadow.h"
 #include "renderer/frame.h"
 #include "renderer/frame_constants.h"
@@ -183,7 +182,7 @@ RaySet connection_rays(Studio& studio, const ivec2& size) {
             pass.write(graph.create_buffer("connections", {count * sizeof(Ray)}), Access::storage_write, "Connections");
         pass.execute([=](graph::Resources& r) {
             view.scene.bind();
-            const gpu::Program& program = r.compute("shaders/connection.comp", view.scene.defines());
+            const gpu::Program& program = r.kernel({"shaders/connection.comp", view.scene.defines()});
             program.set("first_block", first);
             program.set("block_stride", stride);
             program.dispatch(taken * kConnectionsPerBlock / 64);

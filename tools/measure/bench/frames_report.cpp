@@ -8,7 +8,7 @@
 namespace halflight::bench {
 namespace {
 
-constexpr std::size_t kSettled = 8;  // number of frames before the settled ones
+constexpr std::size_t kSettled = 8;  // number of frames until times no longer change
 
 std::vector<double> by(Clock clock, const std::vector<Seconds>& seconds) {
     std::vector<double> values;

@@ -38,7 +38,7 @@ AddTrace add_ceiling(const Bench& bench, gpu::Buffer& entries) {
         }
         results = pass.write(results, graph::Access::storage_write, any_hit ? "Occluded" : "Hits");
         pass.execute([=, &trace](graph::Resources& r) {
-            const gpu::Program& program = r.compute(gpu::bench_kernel("ceiling.comp"), defines);
+            const gpu::Program& program = r.kernel({gpu::bench_kernel("ceiling.comp"), defines});
             trace.bind();
             if (batch.list) {
                 program.dispatch_indirect(r.buffer(batch.list_header), (batch.capacity + 63) / 64);

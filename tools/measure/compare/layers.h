@@ -51,7 +51,7 @@ struct PictureFile {
     const Layer* find(const std::string& layer) const;  ///< Returns null if there is none.
 };
 
-/// Gives both pictures the data window that contains those of both, and likewise each layer that both have. Missing
+/// Gives both pictures, and each layer that both have, the data window that contains those of both. Missing
 /// pixels are 0. A picture without windows has those of the other one if its size is that of the other's data window.
 /// Returns a line about data windows that differ; empty: they do not. Throws SizesDiffer if the display windows have
 /// different sizes.

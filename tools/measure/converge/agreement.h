@@ -54,10 +54,10 @@ struct Agreement {
     double chance_of_worst = 1;   // bound of the probability that noise alone makes any `chance` so small (Bonferroni)
     std::size_t worst = 0;        // index of the block with the smallest `chance`; 0 without blocks
 
-    /// Returns whether the renderers agree. They differ if the interval of the whole is outside of its tolerance, if
-    /// noise puts so many blocks beyond theirs with a probability below kSignificance, or if the interval of one block
-    /// is outside at the confidence 1 - kSignificance / blocks. They agree if the interval of the whole is inside, and
-    /// noise alone puts no more than kMostNoisy of the blocks beyond.
+    /// Returns whether the renderers agree. They differ in three cases. The interval of the whole is outside of its
+    /// tolerance. Noise puts so many blocks beyond theirs with a probability below kSignificance. Or the interval of
+    /// one block is outside at the confidence 1 - kSignificance / blocks. They agree if the interval of the whole is
+    /// inside, and noise alone puts no more than kMostNoisy of the blocks beyond.
     Verdict verdict() const;
 };
 

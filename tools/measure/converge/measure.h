@@ -131,8 +131,8 @@ bool is_known(const Slope& slope);
 std::string text(const Slope& slope);  ///< Returns "none" for an unknown slope.
 /// Returns whether both renderers agree, in a sentence.
 std::string verdict_text(const MethodAgreement& found, const std::vector<MethodResult>& methods);
-/// Returns the reasons of the verdict: the difference of the mean, the blocks beyond, the chi-square test, and the part
-/// of the external renderer's MSE that is squared difference.
+/// Returns the reasons of the verdict. They are the difference of the mean, the number of blocks that differ too much,
+/// the chi-square test, and the part of the external renderer's MSE that is squared difference.
 std::string reasons_text(const MethodAgreement& found, const std::vector<MethodResult>& methods);
 
 /// Returns the member of Point that methods are compared by: the mse or the variance, of all pixels or off edges.

@@ -16,7 +16,7 @@ enum class Method : std::uint8_t {
     compute,  // culling by tiles, all in compute kernels
     raster,   // culling by occlusion queries over rasterized tiles
     plain,    // no culling
-    native,   // vector code of the processor, where it renders
+    native,   // tracing by vector code, for drivers that render on the processor
     oracle,   // the CPU path tracer of engine/reference
     external  // another renderer (external.h)
 };

@@ -126,7 +126,7 @@ Halves continue_halves(const std::filesystem::path& path, std::uint64_t fingerpr
         try {
             save_halves(path, fingerprint, halves);
             saved = held();
-        } catch (const Error& error) {  // the samples can be used nevertheless
+        } catch (const Error& error) {  // the samples can be used even if they cannot be saved
             note(error.what());
         }
     };

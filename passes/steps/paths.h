@@ -1,9 +1,9 @@
-// Buffers and functions that the passes behind the first surface share.
+// Paths behind the first surface: their buffers, lists and batches of rays.
 #pragma once
 
 #include <string>
 
-#include "passes/surface/gbuffer.h"
+#include "engine/device/scene_view.h"
 
 namespace halflight {
 
@@ -55,24 +55,8 @@ graph::Access partial_write(const H& handle) {
     return handle.version == 0 ? graph::Access::storage_write : graph::Access::storage_read_write;
 }
 
-struct ResolveOptions {
-    bool last = false;          // makes only emission and geometric normal
-    bool by_chance = false;     // rays have met or passed panes by chance (passes/light/panes.h)
-    bool reuse_points = false;  // also makes PathBuffers::points, for path reuse
-};
-/// Makes the surface records of the hits of the paths in `list`. name: the pass.
-graph::BufferHandle add_resolve(graph::Graph& graph, const SceneView& view, const char* name, const PathList& list,
-                                PathBuffers& paths, const ResolveOptions& options = {});
-
-/// A pass for one component of the first surface's BSDF.
-struct FirstScatter {
-    const char* name;
-    const char* kernel;
-    rays::RayKind kind;
-};
-/// Samples the component on those paths that picked it at random, and traces the rays. Updates `paths`. The first such
-/// pass of a frame also initialises the states of paths that end here.
-PathList add_first_scatter(graph::Graph& graph, const SceneView& view, const GBuffer& gbuffer, const FirstScatter& what,
-                           PathBuffers& paths);
+/// Returns the batch of the shadow rays at the first surface, in the order of DirectLightEstimate::light
+/// (light_answers.h). kind: shadow for chosen lights, or sun.
+rays::RayBatch shadow_batch(const SceneView& view, rays::RayKind kind, graph::BufferHandle rays);
 
 }  // namespace halflight

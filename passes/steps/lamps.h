@@ -4,7 +4,7 @@
 // power heuristic. They hide nothing, so no tracer knows them. Camera rays do not see them.
 #pragma once
 
-#include "passes/light/scatter.h"
+#include "passes/steps/paths.h"
 
 namespace halflight {
 

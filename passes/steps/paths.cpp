@@ -1,7 +1,5 @@
-#include "passes/light/scatter.h"
+#include "passes/steps/paths.h"
 
-#include "engine/paging/row_gather.h"
-#include "passes/light/panes.h"
 #include "shaders/shared/light.h"
 #include "shaders/shared/path_state.h"
 #include "shaders/shared/ray_structs.h"
@@ -74,53 +72,12 @@ rays::RayBatch ray_batch(const SceneView& view, rays::RayKind kind, graph::Buffe
             .passes_panes = view.passes_panes(kind)};
 }
 
-graph::BufferHandle add_resolve(graph::Graph& graph, const SceneView& view, const char* name, const PathList& list,
-                                PathBuffers& paths, const ResolveOptions& options) {
-    graph::Pass pass = graph.add_pass(name);
-    view.read_frame(pass);
-    read_listed(pass, list, paths);
-    if (paths.cones) pass.read(paths.cones, Access::texture_read, {"cones", GL_RG32F});
-    if (paths.media) pass.read(paths.media, Access::texture_read, {"media", GL_RGBA32F});
-    const std::size_t bytes = view.band.paths() * view.scene.surface_record_bytes();
-    const graph::BufferHandle surfaces =
-        pass.write(graph.create_buffer("path surfaces", {bytes}), Access::storage_write, "Surfaces");
-    if (options.reuse_points) paths.points = pass.write(paths.points, partial_write(paths.points), "Points");
-    gpu::Defines defines = view.shading_defines();
-    defines.set("HALFLIGHT_LIST");
-    if (options.last) defines.set("HALFLIGHT_LAST_VERTEX");
-    if (options.by_chance && view.scene.needs().panes) defines.set("HALFLIGHT_BY_CHANCE");
-    if (options.reuse_points) defines.set("HALFLIGHT_REUSE_POINTS");
-    if (view.rows) defines.set("HALFLIGHT_GATHERED_ROWS");
-    pass.kernel({"shaders/resolve.comp", defines, view.bind_hits()});
-    pass.execute([=, hits = paths.hits, header = list.header](graph::Resources& r) {
-        if (view.rows) view.rows->gather(r.buffer(hits), r.buffer(list.list), r.buffer(header));
-        const gpu::Program& program = r.kernel();
-        view.shade(program, [&] { program.dispatch_indirect(r.buffer(header), view.band.paths() / 64); });
-    });
-    return surfaces;
-}
-
-PathList add_first_scatter(graph::Graph& graph, const SceneView& view, const GBuffer& g, const FirstScatter& what,
-                           PathBuffers& paths) {
-    PathList list = create_path_list(graph, view, what.name);
-    graph::Pass pass = graph.add_pass(std::string(what.name) + ": sample");
-    view.read_frame(pass);
-    pass.read(g.rays, Access::storage_read, "PrimaryRays");
-    pass.read(g.surfaces, Access::texture_read, {"surfaces", GL_RGBA32F});
-    const bool first = paths.states.version == 0;
-    paths.rays = pass.write(paths.rays, partial_write(paths.rays), "PathRays");
-    paths.states = pass.write(paths.states, partial_write(paths.states), "States");
-    if (paths.receivers) paths.receivers = pass.write(paths.receivers, partial_write(paths.receivers), "Receivers");
-    if (paths.cones) paths.cones = pass.write(paths.cones, partial_write(paths.cones), "Cones");
-    if (paths.media) paths.media = pass.write(paths.media, partial_write(paths.media), "Media");
-    list.list = pass.write(list.list, Access::storage_read_write, "List");
-    list.header = pass.write(list.header, Access::storage_read_write, "Header");
-    gpu::Defines defines = view.path_defines();
-    if (first) defines.set("HALFLIGHT_FIRST_SCATTER");
-    pass.kernel({what.kernel, defines, view.bind_scene()});
-    pass.execute([=](graph::Resources& r) { r.kernel().dispatch(view.band.paths() / 64); });
-    trace_scattered_rays(graph, view, ray_batch(view, what.kind, paths.rays, list, 0), paths);
-    return list;
+rays::RayBatch shadow_batch(const SceneView& view, rays::RayKind kind, graph::BufferHandle rays) {
+    // Without a list, the rays of a pixel keep their place in a tile. The tile's visibility state stays useful.
+    rays::RayBatch batch = ray_batch(view, kind, rays, {}, 0);
+    batch.paths = view.band.paths();
+    batch.capacity = (kind == rays::RayKind::sun ? 1 : view.shadow_rays) * batch.paths;
+    return batch;
 }
 
 }  // namespace halflight

@@ -1,9 +1,9 @@
-#include "passes/light/panes.h"
+#include "passes/steps/panes.h"
 
 #include <functional>
 
 #include "engine/rays/batch_server.h"
-#include "passes/light/lamps.h"
+#include "passes/steps/lamps.h"
 
 namespace halflight {
 namespace {
@@ -15,9 +15,7 @@ using graph::Access;
 void run(graph::Pass& pass, const rays::RayBatch& batch, const std::function<graph::Kernel()>& kernel) {
     pass.kernel(kernel());  // compiled ahead
     pass.execute([batch, kernel](graph::Resources& r) {
-        const graph::Kernel now = kernel();
-        const gpu::Program& program = r.compute(now.source, now.defines);
-        now.bind(r, program);
+        const gpu::Program& program = r.kernel(kernel());
         if (batch.list)
             program.dispatch_indirect(r.buffer(batch.list_header), (batch.capacity + 63) / 64);
         else
@@ -42,11 +40,10 @@ rays::RayBatch select(graph::Graph& graph, const SceneView& view, rays::RayBatch
     read(pass);
     met.list = pass.write(met.list, Access::storage_read_write, "Selected");
     met.header = pass.write(met.header, Access::storage_read_write, "SelectedHeader");
-    variant.set("HALFLIGHT_SELECT");
     run(pass, batch, [variant, &panes] {
         gpu::Defines defines = variant;
         for (const auto& [define, value] : panes.defines().values()) defines.set(define, value);
-        return graph::Kernel{"shaders/panes.comp", defines,
+        return graph::Kernel{"shaders/pane_rays.comp", defines,
                              [&panes](graph::Resources&, const gpu::Program&) { panes.bind(); }};
     });
     batch.list = met.list, batch.list_header = met.header;

@@ -1,6 +1,4 @@
-#include "passes/light/lamps.h"
-
-#include <fmt/format.h>
+#include "passes/steps/lamps.h"
 
 #include "shaders/shared/path_state.h"
 
@@ -21,7 +19,7 @@ void add_met_lamps(graph::Graph& graph, const SceneView& view, const rays::RayBa
     if (view.rows) defines.set("HALFLIGHT_SORTED_EMITTERS");
     if (batch.depth == 0) {
         defines.set("HALFLIGHT_FIRST_HIT");
-        defines.set("HALFLIGHT_SHADOW_RAYS", fmt::format("{}u", view.shadow_rays));
+        defines.set("HALFLIGHT_SHADOW_RAYS", view.shadow_rays);
     }
     pass.kernel({"shaders/lamps.comp", defines, view.bind_scene()});
     pass.execute([=, header = batch.list_header](graph::Resources& r) {

@@ -7,7 +7,7 @@
 // chains meet panes like other surfaces. Without panes in the scene, only the batch is traced.
 #pragma once
 
-#include "passes/light/scatter.h"
+#include "passes/steps/paths.h"
 
 namespace halflight {
 
@@ -17,7 +17,7 @@ graph::BufferHandle trace_shadow_rays(graph::Graph& graph, const SceneView& view
                                       graph::BufferHandle answers);
 
 /// Traces the scattered rays of a batch with a list by closest_hit(), and updates `hits` and the throughput in `states`
-/// of `paths`. Also finds the lights with a size that they meet (passes/light/lamps.h).
+/// of `paths`. Also finds the lights with a size that they meet (passes/steps/lamps.h).
 void trace_scattered_rays(graph::Graph& graph, const SceneView& view, const rays::RayBatch& batch, PathBuffers& paths);
 
 }  // namespace halflight
