@@ -1,4 +1,4 @@
-// Counts the rays of a batch and, with TILE_LISTS, its list entries, for statistics. Each invocation has one tile.
+// Counts the rays of a batch and, with HALFLIGHT_TILE_LISTS, its list entries, for statistics. Each invocation has one tile.
 #include "shaders/shared/ray_structs.h"
 #include "shaders/lib/tile_list.glsl"
 #include "shaders/lib/tile_rays.glsl"
@@ -18,10 +18,9 @@ void main() {
     if (live == 0u) return;
     atomicAdd(counts.rays, live);
     atomicAdd(counts.tiles, 1u);
-#ifdef TILE_LISTS
+    if (HALFLIGHT_TILE_LISTS == 0) return;
     TileCounts list = load_counts(tile);
     atomicAdd(counts.entries, uint(list.leaves + list.others));
     atomicAdd(counts.leaves, uint(list.leaves));
     atomicMax(counts.longest, uint(list.leaves + list.others));
-#endif
 }

@@ -14,6 +14,7 @@
 #include "shaders/trace_scene.glsl"
 #include "shaders/lib/bvh.glsl"
 #include "shaders/lib/chord.glsl"
+#include "shaders/lib/block_boxes.glsl"
 #include "shaders/lib/node_boxes.glsl"
 #include "shaders/lib/tile_list.glsl"  // lists of earlier runs, in the same buffer as `lists`
 #include "shaders/lib/tile_rays.glsl"
@@ -22,9 +23,8 @@ layout(local_size_x = 64) in;
 
 layout(std430) writeonly buffer Lists { uvec4 lists[]; };
 layout(std430) buffer Counts { uint tiles_culled; };
-#if HALFLIGHT_ANY_HIT
-layout(std430) buffer Blockers { TileBlockers blockers_of[]; };
-#endif
+const bool kAnyHit = HALFLIGHT_ANY_HIT != 0;
+OPTIONAL(HALFLIGHT_ANY_HIT) layout(std430) buffer Blockers { TileBlockers blockers_of[]; };
 
 uniform uint tiles;
 uniform float stop;
@@ -126,12 +126,12 @@ float pick(vec4 v, int i) {
 }
 
 void put_box(inout TileEntry e, const int box, vec3 lower, vec3 upper, uint word) {
-#if HALFLIGHT_NODES_FLOAT
-    e.texels[box] = uvec4(floatBitsToUint(lower), word);
-    e.texels[box + 1] = uvec4(floatBitsToUint(upper), 0u);
-#else
-    e.texels[box] = uvec4(uvec3(ivec3(lower)) | (uvec3(ivec3(upper)) << 16), word);
-#endif
+    if (kFloatNodes) {
+        e.texels[box] = uvec4(floatBitsToUint(lower), word);
+        e.texels[box + kBoxTexels - 1] = uvec4(floatBitsToUint(upper), 0u);
+    } else {
+        e.texels[box] = uvec4(uvec3(ivec3(lower)) | (uvec3(ivec3(upper)) << 16), word);
+    }
 }
 
 void put_child(inout TileEntry e, const int box, NodeBoxes n, int child, uint word) {
@@ -146,15 +146,12 @@ uint child_reference(NodeBoxes n, int child) {
 TileEntry root_entry(ShaftSpace space) {
     TileEntry e;
     put_box(e, kEntryBox, space.lower, space.upper, kBvhTag | 1u);
-#if HALFLIGHT_TWO_LEVEL
-    put_box(e, kInstanceBox, space.lower, space.upper, kNoInstance);
-    put_box(e, kBlockBox, space.lower, space.upper, 0u);
-#endif
+    if (kTwoLevel) {
+        put_box(e, kInstanceBox, space.lower, space.upper, kNoInstance);
+        put_box(e, kBlockBox, space.lower, space.upper, 0u);
+    }
     return e;
 }
-
-#if HALFLIGHT_TWO_LEVEL
-#include "shaders/lib/block_boxes.glsl"
 
 // Returns the boxes of a node within an instance, in the units of the hierarchy over the instances.
 NodeBoxes from_block(ShaftSpace space, NodeBoxes n, uint instance, uint head, vec3 margin) {
@@ -163,7 +160,6 @@ NodeBoxes from_block(ShaftSpace space, NodeBoxes n, uint instance, uint head, ve
     boxes_around(space, bvh_head(head), instance, margin, n.lower, n.upper, around.lower, around.upper);
     return around;
 }
-#endif
 
 // Returns a set of children, as bits: inner ones that are not yet small against the shaft where it enters.
 uint children_to_refine(ShaftSpace space, NodeBoxes n, vec3 width_0, vec3 width_1, vec4 enter) {
@@ -196,14 +192,13 @@ void main() {
     Shaft shaft = bounds_of(space, tile);
     // The bounds of a tile without rays are inverted. Its list is never read.
     bool asked = gl_GlobalInvocationID.x < tiles && shaft.origin_lower.x <= shaft.origin_upper.x;
-#if HALFLIGHT_LIST
-    bool stale = asked;  // a place in a list belongs to another pixel in the next run
-#else
-    Earlier earlier = load_earlier(tile);
-    bool stale = asked && !intact(earlier, tile, shaft_contains(earlier.shaft, shaft));
-    Shaft both = shaft_union(shaft, earlier.shaft);  // invalid records give larger or NaN shafts, which are rejected
-    if (size(both) <= kMuchTheSame * size(shaft)) shaft = widened(both);
-#endif
+    bool stale = asked;
+    if (!kListed) {  // a place in a list belongs to another pixel in the next run
+        Earlier earlier = load_earlier(tile);
+        stale = asked && !intact(earlier, tile, shaft_contains(earlier.shaft, shaft));
+        Shaft both = shaft_union(shaft, earlier.shaft);  // invalid records give larger or NaN shafts, which are rejected
+        if (size(both) <= kMuchTheSame * size(shaft)) shaft = widened(both);
+    }
 
     ShaftTest test = shaft_test(space, shaft);
     vec3 width_0 = (shaft.origin_upper - shaft.origin_lower) * space.cell;
@@ -213,28 +208,20 @@ void main() {
     int waiting_count = 0;
     int leaves = 0;
     int others = 0;
-#if HALFLIGHT_TWO_LEVEL
     vec3 margin = block_margin(space, shaft);
-#endif
     uvec2 sums = uvec2(seed);
-#if HALFLIGHT_ANY_HIT
-    TileBlockers blockers = TileBlockers(0u, blockers_of[tile].latest);
-#endif
+    TileBlockers blockers = TileBlockers(0u, kAnyHit ? blockers_of[tile].latest : 0u);
     bool more = stale;
     TileEntry entry = root_entry(space);
     do {
         if (more) {
-#if HALFLIGHT_TWO_LEVEL
-            uint instance = box_word(entry, kInstanceBox);
-            bool inside = instance != kNoInstance;
+            uint instance = kTwoLevel ? box_word(entry, kInstanceBox) : kNoInstance;
+            bool inside = kTwoLevel && instance != kNoInstance;
             uint block = inside ? block_head(instance) : 0u;
-            bool enters = entry_reference(entry) >= (kBvhTag | kBvhInstance);
+            bool enters = kTwoLevel && entry_reference(entry) >= (kBvhTag | kBvhInstance);
             NodeBoxes own = load_node(enters ? block + 1u : entry_reference(entry));
             NodeBoxes n = own;
             if (inside) n = from_block(space, own, instance, block, margin);
-#else
-            NodeBoxes n = load_node(entry_reference(entry));
-#endif
             ShaftInterval i = shaft_interval(test, n.lower, n.upper);
             // The box of a missing child is empty, yet a wide shaft meets it.
             bvec4 met = bvec4(uvec4(lessThanEqual(i.enter, i.leave)) & uvec4(notEqual(n.reference, uvec4(kBvhNoChild))));
@@ -255,14 +242,14 @@ void main() {
                     TileEntry child;
                     uint reference = child_reference(n, c);
                     put_child(child, kEntryBox, n, c, reference);
-#if HALFLIGHT_TWO_LEVEL
-                    bool is_instance = reference >= (kBvhTag | kBvhInstance);
-                    put_child(child, kInstanceBox, n, c, is_instance ? reference & kBvhIndexMask : kNoInstance);
-                    for (int t = kInstanceBox; t < kBlockBox; ++t) {
-                        child.texels[t] = inside ? entry.texels[t] : child.texels[t];
+                    if (kTwoLevel) {
+                        bool is_instance = reference >= (kBvhTag | kBvhInstance);
+                        put_child(child, kInstanceBox, n, c, is_instance ? reference & kBvhIndexMask : kNoInstance);
+                        for (int t = kInstanceBox; t < kBlockBox; ++t) {
+                            child.texels[t] = inside ? entry.texels[t] : child.texels[t];
+                        }
+                        put_child(child, kBlockBox, own, c, block);
                     }
-                    put_child(child, kBlockBox, own, c, block);
-#endif
                     if (full) child = entry;
                     bool leaf = is_leaf(entry_reference(child));
                     if (((goes_on >> c) & 1u) != 0u) {
@@ -274,10 +261,9 @@ void main() {
                         for (int t = 0; t < kEntryTexels; ++t) lists[texel + t] = child.texels[t];
                         uint sum = checksum(leaf ? sums.x : sums.y, child);
                         sums = leaf ? uvec2(sum, sums.y) : uvec2(sums.x, sum);
-#if HALFLIGHT_ANY_HIT
                         // A block's leaf may occur several times where there are instances.
-                        if (leaf && reference == blockers.latest) blockers.entries |= first_word(entry_bit(leaves));
-#endif
+                        if (kAnyHit && leaf && reference == blockers.latest)
+                            blockers.entries |= first_word(entry_bit(leaves));
                         leaves += leaf ? 1 : 0;
                         others += leaf ? 0 : 1;
                     }
@@ -286,12 +272,8 @@ void main() {
             more = waiting_count > 0;
             if (more) {
                 --waiting_count;
-#if HALFLIGHT_ANY_HIT
-                int texel = waiting_texel(first_waiting);
-                ++first_waiting;
-#else
-                int texel = waiting_texel(waiting_count);
-#endif
+                int texel = waiting_texel(kAnyHit ? first_waiting : waiting_count);
+                if (kAnyHit) ++first_waiting;
                 for (int t = 0; t < kNodeTexels; ++t) entry.texels[t] = waiting[texel + t];
             }
         }
@@ -314,8 +296,6 @@ void main() {
         lists[record + 2] = uvec4(floatBitsToUint(shaft.end_lower), 0u);
         lists[record + 3] = uvec4(floatBitsToUint(shaft.end_upper), 0u);
         atomicAdd(tiles_culled, 1u);
-#if HALFLIGHT_ANY_HIT
-        blockers_of[tile] = blockers;
-#endif
+        if (kAnyHit) blockers_of[tile] = blockers;
     }
 }

@@ -1,45 +1,37 @@
-// Stores the cost of tracing per pixel. HALFLIGHT_COUNT counts nodes; TILE_LISTS reads the lists of shadow rays;
-// RESIDENCY finds the pages of surfaces, in scenes that are loaded in pages.
+// Stores the cost of tracing per pixel. HALFLIGHT_COUNT counts nodes; HALFLIGHT_TILE_LISTS reads the lists of shadow rays;
+// HALFLIGHT_RESIDENCY finds the pages of surfaces, in scenes that are loaded in pages.
 #include "shaders/shared/aov_record.h"
 #include "shaders/shared/frame_block.h"
 #include "shaders/shared/ray_structs.h"
-#if HALFLIGHT_COUNT
 #include "shaders/trace_scene.glsl"
 #include "shaders/lib/alpha_key.glsl"
-#include "shaders/lib/traverse.glsl"
-#endif
-#ifdef RESIDENCY
-#include "shaders/trace_scene.glsl"
-#include "shaders/lib/bvh.glsl"
-#include "shaders/lib/residency.glsl"
-#endif
-#ifdef TILE_LISTS
 #include "shaders/lib/tile_list.glsl"
-#endif
+#include "shaders/lib/traverse.glsl"
+#include "shaders/lib/residency.glsl"
+
+const bool kTileLists = HALFLIGHT_TILE_LISTS != 0;
+const bool kResidency = HALFLIGHT_RESIDENCY != 0;
 
 layout(local_size_x = 64) in;
 
 layout(std140) uniform FrameBlock { Frame frame; };
 layout(std430) readonly buffer Rays { Ray rays[]; };
-#ifdef RESIDENCY
-layout(std430) readonly buffer Hits { Hit hits[]; };
-#endif
+OPTIONAL(HALFLIGHT_RESIDENCY) layout(std430) readonly buffer Hits { Hit hits[]; };
 layout(std430) writeonly buffer Records { DebugRecord records[]; };
 
 void main() {
     uint path = gl_GlobalInvocationID.x;
     DebugRecord record = DebugRecord(0u, 0u, 0u, 0u, 0u);
-#if HALFLIGHT_COUNT
-    traverse(rays[path], alpha_key_of_path(frame, path, 0u), false);
-    record.nodes = nodes_visited;
-#endif
-#ifdef TILE_LISTS
-    TileCounts list = load_counts(path / uint(kTileRays));
-    record.leaves = uint(list.leaves);
-    record.others = uint(list.others);
-#endif
-#ifdef RESIDENCY
-    if (hits[path].triangle != kMiss) {
+    if (kCountsNodes) {
+        traverse(rays[path], alpha_key_of_path(frame, path, 0u), false);
+        record.nodes = nodes_visited;
+    }
+    if (kTileLists) {
+        TileCounts list = load_counts(path / uint(max(kTileRays, 1)));
+        record.leaves = uint(list.leaves);
+        record.others = uint(list.others);
+    }
+    if (kResidency && hits[path].triangle != kMiss) {
         Ray ray = rays[path];
         BvhHead head = bvh_head(top);
         float error = position_error(ray.origin, head.base, head.cell, head.slack);
@@ -47,6 +39,5 @@ void main() {
         record.subtree = subtree.number;
         record.resident = uint(subtree.resident);
     }
-#endif
     records[path] = record;
 }

@@ -1,6 +1,7 @@
-// Moves vertices by morph targets and joints (engine/scene/deformer.h). Each invocation has one vertex. Defines:
-// NORMALS and TANGENTS where there are any, JOINTS where joints move them.
+// Moves vertices by morph targets and joints (engine/scene/deformer.h). Each invocation has one vertex.
 #include "shaders/shared/joint_matrix.h"
+
+const bool kJoints = HALFLIGHT_JOINTS != 0;  // joints move the vertices
 
 layout(local_size_x = 64) in;
 
@@ -68,29 +69,25 @@ void write(int place, vec3 value) {
 void main() {
     int vertex = int(gl_GlobalInvocationID.x);
     if (vertex >= vertices) return;
-#ifdef JOINTS
-    JointMatrix m = blend(vertex);
-#endif
+    JointMatrix m;
+    JointNormals of_normals;
+    if (kJoints) {
+        m = blend(vertex);
+        of_normals = joint_normals(m);
+    }
     vec3 position = morphed(texelFetch(positions, vertex).xyz, vertex, active_targets.x, active_targets.y);
-#ifdef JOINTS
-    position = vec3(joint_position(m, dvec3(position)));
-#endif
+    if (kJoints) position = vec3(joint_position(m, dvec3(position)));
     write(3 * vertex, position);
-#ifdef NORMALS
-    vec3 normal = morphed(texelFetch(normals, vertex).xyz, vertex, active_targets.y, active_targets.z);
-#ifdef JOINTS
-    JointNormals of_normals = joint_normals(m);
-    normal = vec3(joint_normal(of_normals, dvec3(normal)));
-#endif
-    write(3 * (vertices + vertex), normal);
-#endif
-#ifdef TANGENTS
-    vec4 tangent = texelFetch(tangents, vertex);
-    tangent.xyz = morphed(tangent.xyz, vertex, active_targets.z, active_targets.w);
-#ifdef JOINTS
-    tangent = vec4(vec3(joint_direction(m, dvec3(tangent.xyz))), float(of_normals.side) * tangent.w);
-#endif
-    write(6 * vertices + 4 * vertex, tangent.xyz);
-    moved[6 * vertices + 4 * vertex + 3] = tangent.w;
-#endif
+    if (HALFLIGHT_NORMALS != 0) {
+        vec3 normal = morphed(texelFetch(normals, vertex).xyz, vertex, active_targets.y, active_targets.z);
+        if (kJoints) normal = vec3(joint_normal(of_normals, dvec3(normal)));
+        write(3 * (vertices + vertex), normal);
+    }
+    if (HALFLIGHT_TANGENTS != 0) {
+        vec4 tangent = texelFetch(tangents, vertex);
+        tangent.xyz = morphed(tangent.xyz, vertex, active_targets.z, active_targets.w);
+        if (kJoints) tangent = vec4(vec3(joint_direction(m, dvec3(tangent.xyz))), float(of_normals.side) * tangent.w);
+        write(6 * vertices + 4 * vertex, tangent.xyz);
+        moved[6 * vertices + 4 * vertex + 3] = tangent.w;
+    }
 }

@@ -11,15 +11,11 @@ layout(location = 1) in uint block_instance;  // one per instance
 uniform float viewport_share;
 
 flat out uint instance;
-#if HALFLIGHT_CULL_SEEN
-flat out uint mirrored;  // 1: the transform of the instance mirrors
-#endif
+flat out uint mirrored;  // HALFLIGHT_CULL_SEEN: 1 where the transform of the instance mirrors
 
 void main() {
     instance = block_instance;
-#if HALFLIGHT_CULL_SEEN
-    mirrored = mirrors(block_instance) ? 1u : 0u;
-#endif
+    mirrored = HALFLIGHT_CULL_SEEN != 0 && mirrors(block_instance) ? 1u : 0u;
     gl_Position = frame.view_projection * vec4(block_to_world(block_instance, block_position), 1.0);
     gl_Position.xy *= viewport_share;
 }

@@ -12,9 +12,7 @@ uniform sampler2D spread;  // rgb: light of fireflies, spread; a: HALFLIGHT_OVER
 uniform sampler2D errors;  // rg: terms of the best share of filtered light, averaged
 uniform sampler2D albedo;
 uniform sampler2D picture_before;
-#if HALFLIGHT_WEIGHTS_BEFORE
-uniform sampler2D weights_before;
-#endif
+uniform sampler2D weights_before;  // HALFLIGHT_WEIGHTS_BEFORE
 layout(rgba32f) writeonly uniform image2D picture;
 layout(rgba32f) writeonly uniform image2D weights;
 
@@ -30,9 +28,7 @@ void main() {
     vec4 one = texelFetch(first, pixel, 0);
     vec4 before = texelFetch(picture_before, pixel, 0);
     vec4 shares = vec4(0.0, 0.0, 0.0, 1.0);
-#if HALFLIGHT_WEIGHTS_BEFORE
-    shares = texelFetch(weights_before, pixel, 0);
-#endif
+    if (HALFLIGHT_WEIGHTS_BEFORE != 0) shares = texelFetch(weights_before, pixel, 0);
     float share = one.a > 0.0 ? min(best_share(texelFetch(errors, pixel, 0).rg) / whole, 1.0) : 0.0;
     vec3 mean = mean_of(one, texelFetch(second, pixel, 0));
     vec3 calm = mix(texelFetch(calm_second, pixel, 0).rgb, texelFetch(calm_first, pixel, 0).rgb, one.a);
@@ -42,9 +38,7 @@ void main() {
     // Where nothing is changed, the sum adds nothing: the mean stays as it is, bit for bit.
     vec3 made = max(before.rgb + texelFetch(albedo, pixel, 0).rgb * change, vec3(0.0));
     bool good = one.a > 0.0 && all_finite(made);
-#if HALFLIGHT_OVER_FRAMES
-    share = 1.0 - (1.0 - share) * (1.0 - spread_here.a);
-#endif
+    if (HALFLIGHT_OVER_FRAMES != 0) share = 1.0 - (1.0 - share) * (1.0 - spread_here.a);
     shares[component] = good ? share : 0.0;
     imageStore(picture, pixel, vec4(good ? made : before.rgb, before.a));
     imageStore(weights, pixel, shares);

@@ -15,10 +15,8 @@ layout(rgba32f) writeonly uniform image2D guide;
 layout(rgba32f) writeonly uniform image2D reflectance;
 layout(rgba32f) writeonly uniform image2D diffuse_albedo;
 layout(rgba32f) writeonly uniform image2D glossy_albedo;
-#if HALFLIGHT_SPECULAR_CHAINS
-layout(rgba32f) writeonly uniform image2D glossy_guide;
+layout(rgba32f) writeonly uniform image2D glossy_guide;  // with specular chains, like the next one
 layout(rgba32f) writeonly uniform image2D glossy_reflectance;
-#endif
 
 uniform uint samples;
 uniform uint first_samples;
@@ -33,9 +31,7 @@ void main() {
     double covered = emission[path * 4u + 3u];
     double of_covered = covered > 0.0LF ? 1.0LF / covered : 0.0LF;
     vec3 all, diffuse, glossy, normal;
-#if HALFLIGHT_SPECULAR_CHAINS
     vec3 instead, turned;  // differences that specular chains make in the mean albedo and normal
-#endif
     uint at = path * kHalfStride;
     for (uint i = 0u; i < 3u; ++i) {
         double whole = features[path * 6u + i];
@@ -43,11 +39,11 @@ void main() {
         all[i] = float(whole * of_covered);
         diffuse[i] = max(float(own * share), kLeastFilteredAlbedo);
         double of_glossy = whole - own;
-#if HALFLIGHT_SPECULAR_CHAINS
-        of_glossy += half_sums[at + kHalfSums + i];
-        instead[i] = float(half_sums[at + kHalfSums + i] * of_covered);
-        turned[i] = float(half_sums[at + kHalfSums + 3u + i] * of_covered);
-#endif
+        if (kSpecularChains) {
+            of_glossy += half_sums[at + kHalfSums + i];
+            instead[i] = float(half_sums[at + kHalfSums + i] * of_covered);
+            turned[i] = float(half_sums[at + kHalfSums + 3u + i] * of_covered);
+        }
         glossy[i] = max(float(of_glossy * share), kLeastFilteredAlbedo);
         normal[i] = float(features[path * 6u + 3u + i] * of_covered);
     }
@@ -59,11 +55,11 @@ void main() {
         imageStore(reflectance, to, vec4(all, 1.0));
         imageStore(diffuse_albedo, to, vec4(diffuse, 1.0));
         imageStore(glossy_albedo, to, vec4(glossy, 1.0));
-#if HALFLIGHT_SPECULAR_CHAINS
-        float behind = float(half_sums[at + kHalfSums + 6u] * of_covered);
-        float bounces = float(half_sums[at + kHalfSums + 7u] * of_covered);
-        imageStore(glossy_guide, to, vec4(normal + turned, depth + behind));
-        imageStore(glossy_reflectance, to, vec4(all + instead, bounces));
-#endif
+        if (kSpecularChains) {
+            float behind = float(half_sums[at + kHalfSums + 6u] * of_covered);
+            float bounces = float(half_sums[at + kHalfSums + 7u] * of_covered);
+            imageStore(glossy_guide, to, vec4(normal + turned, depth + behind));
+            imageStore(glossy_reflectance, to, vec4(all + instead, bounces));
+        }
     }
 }

@@ -1,16 +1,10 @@
 // Converts the sums of one component of a band to two halves of light over albedo, textures of the whole picture.
+#include "shaders/lib/beauty_sums.glsl"
 #include "shaders/lib/half_sums.glsl"
 #include "shaders/shared/pixel_order.h"
 
 layout(local_size_x = 64) in;
 
-layout(std430) readonly buffer Emission { double emission[]; };  // rgb, coverage
-#if HALFLIGHT_DIRECT
-layout(std430) readonly buffer Direct { double direct[]; };  // diffuse rgb, glossy rgb
-#endif
-#if HALFLIGHT_INDIRECT
-layout(std430) readonly buffer Indirect { double indirect[]; };  // diffuse rgb, glossy rgb
-#endif
 layout(std430) readonly buffer Features { double features[]; };   // albedo, normal
 layout(std430) readonly buffer HalfSums { double half_sums[]; };  // Accumulated::halves
 
@@ -31,12 +25,8 @@ const int kGlossy = 2;
 double whole_sum(uint path, uint channel) {
     double sum = 0.0LF;
     uint at = path * 6u + channel + (component == kGlossy ? 3u : 0u);
-#if HALFLIGHT_DIRECT
-    if (component != kIndirectDiffuse) sum += direct[at];
-#endif
-#if HALFLIGHT_INDIRECT
-    if (component != 0) sum += indirect[at];
-#endif
+    if (kDirect && component != kIndirectDiffuse) sum += direct[at];
+    if (kIndirect && component != 0) sum += indirect[at];
     return sum;
 }
 
@@ -51,9 +41,7 @@ void main() {
         double rest = max(whole_sum(path, i) - own, 0.0LF);
         double albedo = half_sums[path * kHalfStride + 9u + i];
         if (component == kGlossy) albedo = features[path * 6u + i] - albedo;
-#if HALFLIGHT_SPECULAR_CHAINS
-        if (component == kGlossy) albedo += half_sums[path * kHalfStride + kHalfSums + i];
-#endif
+        if (kSpecularChains && component == kGlossy) albedo += half_sums[path * kHalfStride + kHalfSums + i];
         albedo = max(albedo / double(samples), double(kLeastFilteredAlbedo));
         of_first[i] = float(min(own / (double(max(first_samples, 1u)) * albedo), double(kMostFilteredLight)));
         of_second[i] =

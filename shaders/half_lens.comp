@@ -5,41 +5,42 @@
 // averaged with those of other pixels that lie within both pixels' circles of confusion, scaled down. Sharp pixels stay
 // as they are. Light is then divided by the new albedo instead of the old one, which changes no mean.
 //
-// Variants: HALFLIGHT_LIGHT converts the halves of light, otherwise a property is smoothed.
+// HALFLIGHT_LIGHT converts the halves of light; otherwise, a property is smoothed.
+#include "shaders/shared/denoise.h"
+
 layout(local_size_x = 8, local_size_y = 8) in;
 
-#if HALFLIGHT_LIGHT
+// HALFLIGHT_LIGHT
 uniform sampler2D half_before;
 uniform sampler2D albedo_before;
 uniform sampler2D albedo_after;
-#include "shaders/shared/denoise.h"
-#else
+// else
 uniform sampler2D before;
 uniform sampler2D guide;  // w: ln(depth)
 uniform vec3 blur;        // radius of the circle of confusion at a depth, pixels: |blur.x + blur.y / depth + blur.z depth|
-const int kMostRadius = 5;      // pixels
-const float kRadiusShare = 0.5;  // share of the circle's radius that counts
-#endif
+
 layout(rgba32f) writeonly uniform image2D after;
 
-#if !HALFLIGHT_LIGHT
+const int kMostRadius = 5;      // pixels
+const float kRadiusShare = 0.5;  // share of the circle's radius that counts
+
 // Returns the radius at a pixel; 0 where there is no surface.
 float radius_at(ivec2 pixel) {
     vec4 g = texelFetch(guide, pixel, 0);
     float depth = exp(clamp(g.w, -80.0, 80.0));
     return g == vec4(0.0) ? 0.0 : kRadiusShare * abs(blur.x + blur.y / depth + blur.z * depth);
 }
-#endif
 
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
     ivec2 size = imageSize(after);
     if (any(greaterThanEqual(pixel, size))) return;
-#if HALFLIGHT_LIGHT
-    vec4 own = texelFetch(half_before, pixel, 0);
-    vec3 scale = texelFetch(albedo_before, pixel, 0).rgb / texelFetch(albedo_after, pixel, 0).rgb;
-    imageStore(after, pixel, vec4(min(own.rgb * scale, vec3(kMostFilteredLight)), own.a));
-#else
+    if (HALFLIGHT_LIGHT != 0) {
+        vec4 own = texelFetch(half_before, pixel, 0);
+        vec3 scale = texelFetch(albedo_before, pixel, 0).rgb / texelFetch(albedo_after, pixel, 0).rgb;
+        imageStore(after, pixel, vec4(min(own.rgb * scale, vec3(kMostFilteredLight)), own.a));
+        return;
+    }
     float radius = radius_at(pixel);
     int reach = int(min(radius, float(kMostRadius)));
     vec4 sum = vec4(0.0);
@@ -56,5 +57,4 @@ void main() {
         }
     }
     imageStore(after, pixel, sum / max(count, 1.0));
-#endif
 }

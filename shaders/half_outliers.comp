@@ -10,11 +10,7 @@ layout(rgba32f) writeonly uniform image2D outliers;  // rg: share of the excess 
 #include "shaders/lib/halves.glsl"
 
 // An outlier's luminance over that of the mean around it.
-#if HALFLIGHT_PREVIEW
-const float kMostOfMean = 5.0;
-#else
-const float kMostOfMean = 10.0;
-#endif
+const float kMostOfMean = HALFLIGHT_PREVIEW != 0 ? 5.0 : 10.0;
 
 // Returns the share of a value that exceeds `most`.
 float excess(vec3 value, float most) {

@@ -5,15 +5,10 @@
 // A work group filters a tile. For each offset within the window it compares all pixels of the tile with those at the
 // offset, and sums the differences over patches by columns and rows.
 const int kTile = 32;     // width and height of the tile, pixels
-#if HALFLIGHT_PREVIEW
-const int kPatch = 1;     // radius of patches, pixels
-const int kWindow = 2;    // radius of the window, multiples of `stride`
-uniform int stride;       // distance of the offsets, pixels
-#else
-const int kPatch = 3;
-const int kWindow = 7;
-const int stride = 1;
-#endif
+const bool kPreview = HALFLIGHT_PREVIEW != 0;
+const int kPatch = kPreview ? 1 : 3;   // radius of patches, pixels
+const int kWindow = kPreview ? 2 : 7;  // radius of the window, multiples of the distance of offsets
+uniform int stride;                    // previews: distance of the offsets, pixels; else it is 1
 const int kOwn = 4;       // number of pixels in a row that an invocation filters
 const int kWide = kTile + 2 * kPatch;
 const float kStrength = 0.4;   // k of equation 2; larger values blur more
@@ -85,7 +80,7 @@ void main() {
     }
     for (int oy = -kWindow; oy <= kWindow; ++oy) {
         for (int ox = -kWindow; ox <= kWindow; ++ox) {
-            ivec2 offset = stride * ivec2(ox, oy);
+            ivec2 offset = (kPreview ? stride : 1) * ivec2(ox, oy);
             for (int y = local.y; y < kWide; y += kTile) {
                 for (int x = local.x; x < kWide; x += kTile / kOwn) {
                     ivec2 p = corner + ivec2(x, y) - kPatch;

@@ -4,16 +4,10 @@
 #include "shaders/shared/pixel_order.h"
 #include "shaders/shared/preview_constants.h"
 #include "shaders/shared/ray_structs.h"
+#include "shaders/lib/beauty_sums.glsl"
 
 layout(local_size_x = 64) in;
 
-layout(std430) readonly buffer Emission { double emission[]; };  // rgb, coverage
-#if HALFLIGHT_DIRECT
-layout(std430) readonly buffer Direct { double direct[]; };  // diffuse rgb, glossy rgb
-#endif
-#if HALFLIGHT_INDIRECT
-layout(std430) readonly buffer Indirect { double indirect[]; };  // diffuse rgb, glossy rgb
-#endif
 layout(std430) readonly buffer Features { double features[]; };   // albedo, normal
 layout(std430) readonly buffer HalfSums { double half_sums[]; };  // Accumulated::halves
 uniform sampler2D mean;                                           // beauty of the band
@@ -24,10 +18,8 @@ layout(rgba32f) writeonly uniform image2D second;
 layout(rgba32f) writeonly uniform image2D guide;
 layout(rgba32f) writeonly uniform image2D albedo;
 layout(rgba32f) writeonly uniform image2D beauty;
-#if HALFLIGHT_PLACES
-layout(std430) readonly buffer Records { AovRecord records[]; };
-layout(rgba32f) writeonly uniform image2D place;
-#endif
+OPTIONAL(HALFLIGHT_PLACES) layout(std430) readonly buffer Records { AovRecord records[]; };
+layout(rgba32f) writeonly uniform image2D place;  // HALFLIGHT_PLACES
 
 uniform float samples;
 uniform float first_samples;  // number of samples of the first half
@@ -46,13 +38,7 @@ void main() {
     float second_samples = samples - first_samples;
     vec3 reflectance, normal, of_first, of_second;
     for (uint i = 0u; i < 3u; ++i) {
-        double whole = 0.0LF;
-#if HALFLIGHT_DIRECT
-        whole += direct[path * 6u + i] + direct[path * 6u + 3u + i];
-#endif
-#if HALFLIGHT_INDIRECT
-        whole += indirect[path * 6u + i] + indirect[path * 6u + 3u + i];
-#endif
+        double whole = with_reflected(0.0LF, path, i);
         uint at = path * stride + i;
         double own = half_sums[at] + half_sums[at + 3u] + half_sums[at + 6u];
         double rest = max(whole - own, 0.0LF);
@@ -72,9 +58,9 @@ void main() {
         imageStore(guide, to, seen ? vec4(normal, depth) : vec4(0.0));
         imageStore(albedo, to, seen ? vec4(reflectance, 1.0) : vec4(0.0));
         imageStore(beauty, to, texelFetch(mean, pixel, 0));
-#if HALFLIGHT_PLACES
-        AovRecord record = records[path];
-        imageStore(place, to, seen && record.triangle != kMiss ? vec4(record.position, 1.0) : vec4(0.0));
-#endif
+        if (HALFLIGHT_PLACES != 0) {
+            AovRecord record = records[path];
+            imageStore(place, to, seen && record.triangle != kMiss ? vec4(record.position, 1.0) : vec4(0.0));
+        }
     }
 }

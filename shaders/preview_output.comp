@@ -9,18 +9,16 @@ uniform sampler2D first;  // halves of the reflected light contained in `beauty`
 uniform sampler2D second;
 uniform sampler2D accumulated_first;  // halves of the light accumulated over earlier pictures
 uniform sampler2D accumulated_second;
-#if HALFLIGHT_FILTERED
+// HALFLIGHT_FILTERED
 uniform sampler2D filtered_first;  // halves of accumulated light, filtered (LightHalves)
 uniform sampler2D filtered_second;
 uniform sampler2D spread;  // rgb: light of fireflies over albedo, spread
-#endif
 layout(rgba32f) writeonly uniform image2D picture;
 
 #include "shaders/lib/finite.glsl"
 #include "shaders/lib/luminance.glsl"
 #include "shaders/lib/preview_light.glsl"
 
-#if HALFLIGHT_FILTERED
 // Returns the filtered light at a pixel. Alpha is 0 where there is none. Where neighbours served as one of the halves
 // (shaders/preview_halves.comp), the halves count alike, or else their checkerboard would be seen.
 vec4 filtered_at(ivec2 pixel) {
@@ -49,7 +47,6 @@ vec4 despeckled(ivec2 pixel) {
     bool speckle = most >= 0.0 && luminance_of(own.rgb) > most;
     return vec4(speckle ? brightest : own.rgb, own.a);
 }
-#endif
 
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
@@ -59,11 +56,11 @@ void main() {
     vec4 two = texelFetch(second, pixel, 0);
     vec3 own = light_of(one, two);
     vec3 shown = light_of(texelFetch(accumulated_first, pixel, 0), texelFetch(accumulated_second, pixel, 0));
-#if HALFLIGHT_FILTERED
-    vec4 filtered = despeckled(pixel);
-    float strength = clamp((kFilterEnds - one.a - two.a) / (kFilterEnds - kFilterWeakens), 0.0, 1.0);
-    shown += filtered.a > 0.0 ? strength * (filtered.rgb - shown) : vec3(0.0);
-#endif
+    if (HALFLIGHT_FILTERED != 0) {
+        vec4 filtered = despeckled(pixel);
+        float strength = clamp((kFilterEnds - one.a - two.a) / (kFilterEnds - kFilterWeakens), 0.0, 1.0);
+        shown += filtered.a > 0.0 ? strength * (filtered.rgb - shown) : vec3(0.0);
+    }
     // Where no light was replaced, the sum adds nothing: the mean stays as it is, bit for bit.
     vec3 made = max(mean.rgb + texelFetch(albedo, pixel, 0).rgb * (shown - own), vec3(0.0));
     bool good = one.a >= 0.0 && all_finite(made) && all(greaterThanEqual(mean.rgb, vec3(0.0)));

@@ -1,9 +1,11 @@
 // Runs before anything is traced, one texel per tile. It stores the shaft of the rays, the set of live rays, and the
 // reach of the farthest ray (as depth). It also sets all answers to misses.
 //
-// Variant: HALFLIGHT_ENDS (rays end where the buffer Ends says, at the latest).
+// HALFLIGHT_ENDS: rays end where the buffer Ends says, at the latest.
 #include "shaders/trace_scene.glsl"
-#include "shaders/lib/raster_batch.glsl"
+#include "shaders/lib/batch_answers.glsl"
+#include "shaders/lib/batch_paths.glsl"
+#include "shaders/lib/batch_rays.glsl"
 #include "shaders/lib/bvh.glsl"
 #include "shaders/lib/raster_shaft.glsl"
 #include "shaders/lib/raster_end.glsl"
@@ -11,9 +13,7 @@
 
 layout(std430) writeonly buffer Shafts { vec4 shafts[]; };
 layout(std430) writeonly buffer Alive { uvec2 alive[]; };
-#if HALFLIGHT_ENDS
-layout(std430) readonly buffer Ends { float ends_of_rays[]; };
-#endif
+OPTIONAL(HALFLIGHT_ENDS) layout(std430) readonly buffer Ends { float ends_of_rays[]; };
 
 void main() {
     uint tile = tile_of_texel(uvec2(gl_FragCoord.xy));
@@ -27,14 +27,8 @@ void main() {
     for (uint entry = first; entry < count; ++entry) {
         uint path = path_of(entry);
         Ray ray = load_ray(path);
-#if HALFLIGHT_ENDS
-        ray.t_max = min(ray.t_max, ends_of_rays[path]);
-#endif
-#if HALFLIGHT_ANY_HIT
-        occluded[path] = kFree;
-#else
-        hits[path] = Hit(intBitsToFloat(kBvhFar), 0.0, 0.0, kMiss, kMiss);
-#endif
+        if (HALFLIGHT_ENDS != 0) ray.t_max = min(ray.t_max, ends_of_rays[path]);
+        store_answer(path, Hit(intBitsToFloat(kBvhFar), 0.0, 0.0, kMiss, kMiss));
         float end = ray.t_max >= ray.t_min ? end_of(ray, head) : -1.0;
         if (end >= 0.0) {
             vec3 to = ray.origin + end * ray.direction;

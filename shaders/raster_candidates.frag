@@ -8,10 +8,8 @@
 uniform sampler2D tile_depth;  // maximum reach of the tile's rays
 
 flat in uint block_candidates;
-#if HALFLIGHT_WIDE
 layout(location = 0) out uint list_size;
-layout(std430) writeonly buffer Lists { uint lists[]; };
-#endif
+OPTIONAL(HALFLIGHT_WIDE) layout(std430) writeonly buffer Lists { uint lists[]; };
 
 void main() {
     uvec2 texel = uvec2(gl_FragCoord.xy);
@@ -23,11 +21,9 @@ void main() {
         float near = candidate_near(shaft, uint(findLSB(left)));
         met += near >= 0.0 && near <= reach ? 1 : 0;
     }
-#if HALFLIGHT_WIDE
     if (met <= HALFLIGHT_WIDE) discard;
-    lists[tile * kRasterList] = 1u | 15u << kRasterSlotShift;
-    list_size = 1u;
-#else
-    if (met == 0) discard;
-#endif
+    if (HALFLIGHT_WIDE != 0) {
+        lists[tile * kRasterList] = 1u | 15u << kRasterSlotShift;
+        list_size = 1u;
+    }
 }

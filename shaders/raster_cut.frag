@@ -32,13 +32,9 @@ void main() {
     TimedTest test = shaft_test(shaft, hull, slack);
     float reach = reach_of(texelFetch(tile_depth, ivec2(texel), 0).x);
     BvhHead head = bvh_head(0u);
-#if HALFLIGHT_NODES_FLOAT
-    vec3 cell = vec3(1.0);
+    vec3 cell = kFloatNodes ? vec3(1.0) : head.cell;
     ShaftTest inside = test.test;
-#else
-    vec3 cell = head.cell;
-    ShaftTest inside = scaled_shaft(test.test, head.base, cell);
-#endif
+    if (!kFloatNodes) inside = scaled_shaft(test.test, head.base, cell);
     float from_width = greatest_of(shaft.rays.origin_upper - shaft.rays.origin_lower);
     float to_width = greatest_of(shaft.rays.end_upper - shaft.rays.end_lower);
 

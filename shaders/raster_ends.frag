@@ -1,6 +1,8 @@
 // Stores the remaining reach of a tile's rays as depth, one texel per tile. It runs after some tiles were traced.
 #include "shaders/shared/raster_lists.h"
-#include "shaders/lib/raster_batch.glsl"
+#include "shaders/lib/batch_answers.glsl"
+#include "shaders/lib/batch_paths.glsl"
+#include "shaders/lib/batch_rays.glsl"
 #include "shaders/lib/raster_texels.glsl"
 
 uniform usampler2D list_sizes;  // R32UI: entries of a tile's list
@@ -19,13 +21,13 @@ void main() {
     for (uint word = 0u; word < 2u; ++word) {
         for (uint left = living[word]; left != 0u && end < greatest_t; left &= left - 1u) {
             uint path = path_of(tile * 64u + word * 32u + uint(findLSB(left)));
-#if HALFLIGHT_ANY_HIT
-            if (occluded[path] == kFree) end = greatest_t;
-#else
-            float t = hits[path].t;
-            // A NaN does not count, because no later hit can replace it.
-            if (floatBitsToUint(t) <= 0x7f800000u) end = max(end, min(t, greatest_t));
-#endif
+            if (kAnyHit) {
+                if (occluded[path] == kFree) end = greatest_t;
+            } else {
+                float t = hits[path].t;
+                // A NaN does not count, because no later hit can replace it.
+                if (floatBitsToUint(t) <= 0x7f800000u) end = max(end, min(t, greatest_t));
+            }
         }
     }
     gl_FragDepth = end < 0.0 ? kDeadDepth : depth_of(end);

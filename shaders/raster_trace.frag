@@ -1,7 +1,9 @@
 // Traces the rays of a tile through its list. Hits of earlier draws are read back, and only nearer ones are written.
 // Draws are separated by a barrier, and a ray has one fragment in each.
 #include "shaders/trace_scene.glsl"
-#include "shaders/lib/raster_batch.glsl"
+#include "shaders/lib/batch_answers.glsl"
+#include "shaders/lib/batch_paths.glsl"
+#include "shaders/lib/batch_rays.glsl"
 #include "shaders/lib/raster_texels.glsl"
 #include "shaders/lib/raster_search.glsl"
 
@@ -16,18 +18,12 @@ void main() {
     uint path = path_of(idle ? 0u : entry);
     Ray ray = load_ray(path);
     uint key = alpha_key(path);
-#if HALFLIGHT_ANY_HIT
-    bool over = idle || occluded[path] != kFree;
-    Hit hit = search(ray, first_entry, over ? 0u : list_size, no_hit(), key, true);
-    if (hit.triangle != kMiss) {
-        occluded[path] = floatBitsToUint(hit.t) == floatBitsToUint(not_a_number()) ? kUnfinished : kOccluded;
-    }
-#else
-    Hit known = hits[path];
-    bool over = idle || floatBitsToUint(known.t) > uint(kBvhFar);  // a NaN counts as over
-    Hit hit = search(ray, first_entry, over ? 0u : list_size, known, key, false);
+    Hit known = no_hit();
+    if (!kAnyHit) known = hits[path];
+    bool over = idle || (kAnyHit ? occluded[path] != kFree
+                                 : floatBitsToUint(known.t) > uint(kBvhFar));  // a NaN counts as over
+    Hit hit = search(ray, first_entry, over ? 0u : list_size, known, key, kAnyHit);
     bool same = floatBitsToUint(hit.t) == floatBitsToUint(known.t) && hit.triangle == known.triangle &&
                 hit.instance == known.instance;
-    if (!over && !same) hits[path] = hit;
-#endif
+    if (kAnyHit ? hit.triangle != kMiss : !over && !same) store_answer(path, hit);
 }

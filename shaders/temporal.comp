@@ -11,20 +11,21 @@ uniform sampler2D first;
 uniform sampler2D second;
 uniform sampler2D guide;
 uniform sampler2D place;
-#if HALFLIGHT_HISTORY
+// With an earlier picture:
 uniform sampler2D earlier_first;
 uniform sampler2D earlier_second;
 uniform sampler2D earlier_guide;
 uniform sampler2D earlier_place;
+#if HALFLIGHT_HISTORY
 layout(std430) buffer Refused { uint refused[kRefusedKinds]; };
+#else
+shared uint refused[kRefusedKinds];
+#endif
 uniform mat4 to_earlier;      // matrix from the earlier picture's origin to its clip space, y down
 uniform vec3 origin_shift;    // vector from the earlier picture's origin to the new origin
 uniform float earlier_pixel;  // height of a pixel of the earlier picture where its clip space's w is 1, world units
 uniform float earlier_share;  // weight of the earlier samples, (0,1]
-#if HALFLIGHT_MOVED
-uniform sampler2D before;  // xyz: earlier position of the surface, relative to the earlier picture's origin
-#endif
-#endif
+uniform sampler2D before;     // HALFLIGHT_MOVED: xyz: earlier position, relative to the earlier picture's origin
 layout(rgba32f) writeonly uniform image2D to_first;
 layout(rgba32f) writeonly uniform image2D to_second;
 layout(rgba32f) writeonly uniform image2D to_guide;
@@ -34,7 +35,6 @@ layout(rgba32f) writeonly uniform image2D to_place;
 #include "shaders/lib/halves.glsl"
 #include "shaders/lib/preview_light.glsl"
 
-#if HALFLIGHT_HISTORY
 const float kSameNormal = 0.5;  // cosine; mapped normals differ between single samples
 const float kSamePlane = 2.0;   // distance of a point from the other tangent plane, pixels of the earlier picture
 const int kClipRadius = 3;      // pixels; with kClipDeviations, the likely range of the new light
@@ -127,7 +127,6 @@ void clip(inout Earlier earlier, ivec2 pixel) {
 vec4 with_earlier(vec4 now, vec4 earlier, float kept) {
     return kept > 0.0 ? vec4(mix(now.rgb, earlier.rgb, kept / (kept + now.a)), now.a + kept) : now;
 }
-#endif
 
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
@@ -136,21 +135,18 @@ void main() {
     vec4 new_second = texelFetch(second, pixel, 0);
     vec4 new_guide = texelFetch(guide, pixel, 0);
     vec4 new_place = texelFetch(place, pixel, 0);
-#if HALFLIGHT_HISTORY
-#if HALFLIGHT_MOVED
-    vec3 at = texelFetch(before, pixel, 0).xyz;
-#else
-    vec3 at = new_place.xyz + origin_shift;
-#endif
-    Earlier earlier = earlier_at(at, new_guide.xyz);
-    clip(earlier, pixel);
-    float fading = clamp((kTemporalEnds - new_first.a - new_second.a) / (kTemporalEnds - 1.0), 0.0, 1.0);
-    float there = earlier.first.a + earlier.second.a;
-    float share = fading * earlier_share * min(there, kMostHistory) / max(there, 1e-30);
-    share = new_place.w > 0.0 ? share : 0.0;
-    new_first = with_earlier(new_first, earlier.first, share * earlier.first.a);
-    new_second = with_earlier(new_second, earlier.second, share * earlier.second.a);
-#endif
+    if (HALFLIGHT_HISTORY != 0) {
+        vec3 at = new_place.xyz + origin_shift;
+        if (HALFLIGHT_MOVED != 0) at = texelFetch(before, pixel, 0).xyz;
+        Earlier earlier = earlier_at(at, new_guide.xyz);
+        clip(earlier, pixel);
+        float fading = clamp((kTemporalEnds - new_first.a - new_second.a) / (kTemporalEnds - 1.0), 0.0, 1.0);
+        float there = earlier.first.a + earlier.second.a;
+        float share = fading * earlier_share * min(there, kMostHistory) / max(there, 1e-30);
+        share = new_place.w > 0.0 ? share : 0.0;
+        new_first = with_earlier(new_first, earlier.first, share * earlier.first.a);
+        new_second = with_earlier(new_second, earlier.second, share * earlier.second.a);
+    }
     imageStore(to_first, pixel, new_first);
     imageStore(to_second, pixel, new_second);
     imageStore(to_guide, pixel, new_guide);

@@ -3,11 +3,7 @@
 #include "shaders/geometry_tables.glsl"
 #include "shaders/scene_tables.glsl"
 
-#if HALFLIGHT_NODES_FLOAT
-layout(binding = kUnitNodes) uniform samplerBuffer trace_nodes;
-#else
 layout(binding = kUnitNodes) uniform usamplerBuffer trace_nodes;
-#endif
 layout(binding = kUnitTriangleVertices) uniform samplerBuffer trace_triangles;
 layout(binding = kUnitBlockHeads) uniform usamplerBuffer block_heads;
 

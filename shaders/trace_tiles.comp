@@ -1,64 +1,18 @@
 // Traces a batch of rays through their tiles' lists (shaders/cull.comp). A work group has 64 rays, or one tile.
 //
-// The first kernel searches the leaves of the tile's list. It puts the rays that must search other entries into a list
-// for the second kernel. Leaves need neither stack nor nodes, and software drivers pay for every loop of a kernel,
+// It searches the leaves of the tile's list. It puts the rays that must search other entries into a list for
+// shaders/trace_rest.comp. Leaves need neither stack nor nodes, and software drivers pay for every loop of a kernel,
 // entered or not.
 //
-// Variants: HALFLIGHT_ANY_HIT, HALFLIGHT_LIST as of shaders/trace.comp; COUNT_REMEMBERED (RestHeader::remembered);
-// TILE_REST: the second kernel.
-#include "shaders/shared/ray_structs.h"
-#include "shaders/shared/tile_list.h"
-#include "shaders/trace_scene.glsl"
-#define HALFLIGHT_STACK_MORE ((1 + HALFLIGHT_TWO_LEVEL) * kTileEntries)
-#include "shaders/lib/traverse.glsl"
-#include "shaders/lib/tile_list.glsl"
-#include "shaders/lib/tile_rays.glsl"
+// HALFLIGHT_COUNT_REMEMBERED: counts RestHeader::remembered.
+#include "shaders/lib/tile_search.glsl"
 
-#ifdef TILE_REST
-layout(local_size_x = 64) in;
-#else
 const int kGroupRays = min(kTileRays, 64);
 layout(local_size_x = kGroupRays) in;
-#endif
 
-#if HALFLIGHT_ANY_HIT
-const bool kAnyHit = true;
-layout(std430) buffer Occluded { uint occluded[]; };
-#ifndef TILE_REST
-layout(std430) buffer Blockers { TileBlockers blockers_of[]; };
-#endif
-#else
-const bool kAnyHit = false;
-layout(std430) buffer Hits { Hit hits[]; };
-#endif
-layout(std430) buffer Head { RestHeader rest_head; };
+OPTIONAL(HALFLIGHT_ANY_HIT) layout(std430) buffer Blockers { TileBlockers blockers_of[]; };
 uniform uint tiles;
-layout(std430) buffer Rest { RestEntry rest[]; };
 
-void store_answer(uint path, Hit hit) {
-#if HALFLIGHT_ANY_HIT
-    bool finished = floatBitsToUint(hit.t) != floatBitsToUint(not_a_number());
-    occluded[path] = hit.triangle == kMiss ? kFree : finished ? kOccluded : kUnfinished;
-#else
-    hits[path] = hit;
-#endif
-}
-
-// Result of a ray's test against the box of an entry.
-struct EntryHit {
-    int near;  // entry of the ray, bits of a float >= 0
-    bool met;
-};
-
-EntryHit intersect_entry(BoxRay box, vec3 lower, vec3 upper, float t_min, float t_exit) {
-    vec3 enter = mix(lower, upper, box.backward);
-    vec3 leave = mix(upper, lower, box.backward);
-    BoxHits h = intersect_boxes(box, vec4(enter.x), vec4(enter.y), vec4(enter.z), vec4(leave.x), vec4(leave.y),
-                                vec4(leave.z), t_min, t_exit);
-    return EntryHit(h.near.x, h.met.x);
-}
-
-#ifndef TILE_REST
 // The boxes of the tile's entries. llvmpipe reads shared memory once for all rays where the address is constant and no
 // branch is open. This makes 32 boxes cheaper than a few steps down a hierarchy.
 shared vec3 entry_lower_corner[kTileEntries];
@@ -73,21 +27,11 @@ void share_entries(uint tile) {
         entry_lower_corner[i] = box_lower(e, kEntryBox);
         entry_upper_corner[i] = box_upper(e, kEntryBox);
     }
-#if HALFLIGHT_ANY_HIT
-    if (gl_LocalInvocationIndex == 0u) {
+    if (kAnyHit && gl_LocalInvocationIndex == 0u) {
         entry_blockers = blockers_of[tile].entries;
         group_remembered = 0u;
     }
-#endif
     barrier();
-}
-
-uint shared_blockers() {
-#if HALFLIGHT_ANY_HIT
-    return entry_blockers;
-#else
-    return 0u;
-#endif
 }
 
 int entry_near[kTileEntries];
@@ -107,10 +51,8 @@ EntryMask entries_met(BoxRay box, Ray ray, float t_exit) {
     EntryMask met = kNoEntries;
     MEET_16(0)
     MEET_16(16)
-#if HALFLIGHT_TILE_ENTRIES > 32
     MEET_16(32)
     MEET_16(48)
-#endif
     return met;
 }
 
@@ -143,7 +85,7 @@ void main() {
     Hit nearest = Hit(r.ray.t_max, 0.0, 0.0, 0u, 0u);
     bool found = false;
     bool again = false;  // true: an alpha test decides on the hit
-    uint blockers = shared_blockers();
+    uint blockers = kAnyHit ? entry_blockers : 0u;
     TileBlockers blocker = TileBlockers(0u, 0u);
     int place = 0;
     int end = 0;
@@ -160,30 +102,27 @@ void main() {
                 enters = kAnyHit || near <= floatBitsToInt(nearest.t);
             }
         } while (any_entry(met) && !enters);
-#if HALFLIGHT_TWO_LEVEL
         TileEntry e = load_entry(tile, i);
         uint reference = entry_reference(e);
-        bool inside = box_word(e, kInstanceBox) != kNoInstance;
-        uint instance = inside ? box_word(e, kInstanceBox) : 0u;
-        uint block = box_word(e, kBlockBox);
-        BvhHead block_head = bvh_head(block);
-        Ray in_block = ray_in_block(r.ray, instance);
-        sheared = triangle_ray(in_block.origin, in_block.direction);
-        entry = entry_ray(sheared, in_block.direction,
-                          position_error(in_block.origin, block_head.base, block_head.cell, block_head.slack));
-        BoxRay block_box = box_ray(in_block.origin, in_block.direction, block_head.base, block_head.cell, block_head.slack);
-        // Hits count from the entry of the ray into both boxes, as in a traversal.
-        float t_exit = exit_of(r.ray, nearest.t);
-        EntryHit by_instance =
-            intersect_entry(box, box_lower(e, kInstanceBox), box_upper(e, kInstanceBox), r.ray.t_min, t_exit);
-        EntryHit by_leaf =
-            intersect_entry(block_box, box_lower(e, kBlockBox), box_upper(e, kBlockBox), r.ray.t_min, t_exit);
-        near = max(by_instance.near, by_leaf.near);
-        enters = enters && by_instance.met && by_leaf.met;
-#else
-        uint reference = texelFetch(tile_lists, entry_texel(tile, i)).w;
-        const uint instance = 0u;
-#endif
+        uint instance = 0u;
+        if (kTwoLevel) {
+            if (box_word(e, kInstanceBox) != kNoInstance) instance = box_word(e, kInstanceBox);
+            uint block = box_word(e, kBlockBox);
+            BvhHead block_head = bvh_head(block);
+            Ray in_block = ray_in_block(r.ray, instance);
+            sheared = triangle_ray(in_block.origin, in_block.direction);
+            entry = entry_ray(sheared, in_block.direction,
+                              position_error(in_block.origin, block_head.base, block_head.cell, block_head.slack));
+            BoxRay block_box = box_ray(in_block.origin, in_block.direction, block_head.base, block_head.cell, block_head.slack);
+            // Hits count from the entry of the ray into both boxes, as in a traversal.
+            float t_exit = exit_of(r.ray, nearest.t);
+            EntryHit by_instance =
+                intersect_entry(box, box_lower(e, kInstanceBox), box_upper(e, kInstanceBox), r.ray.t_min, t_exit);
+            EntryHit by_leaf =
+                intersect_entry(block_box, box_lower(e, kBlockBox), box_upper(e, kBlockBox), r.ray.t_min, t_exit);
+            near = max(by_instance.near, by_leaf.near);
+            enters = enters && by_instance.met && by_leaf.met;
+        }
         place = first_place(reference);
         end = enters ? place + places_in(reference) : place;
         do {
@@ -195,9 +134,7 @@ void main() {
                 if (h.nearer) {
                     nearest = h.hit;
                     found = true;
-#if HALFLIGHT_ALPHA
-                    again = h.alpha_tested;
-#endif
+                    if (kAlpha) again = h.alpha_tested;
                     blocker = TileBlockers(first_word(entry_bit(i)), reference);
                     if (kAnyHit || again) {
                         place = end;
@@ -208,15 +145,14 @@ void main() {
         } while (place < end);
     } while (any_entry(met));
 
-#ifdef COUNT_REMEMBERED
-    if (found && !again && (blocker.entries & blockers) != 0u) atomicAdd(group_remembered, 1u);
-    barrier();
-    if (gl_LocalInvocationIndex == 0u) atomicAdd(rest_head.remembered, group_remembered);
-#endif
-#if HALFLIGHT_ANY_HIT
+    if (HALFLIGHT_COUNT_REMEMBERED != 0) {
+        if (found && !again && (blocker.entries & blockers) != 0u) atomicAdd(group_remembered, 1u);
+        barrier();
+        if (gl_LocalInvocationIndex == 0u) atomicAdd(rest_head.remembered, group_remembered);
+    }
     // Two invocations may write at once. The lost write is found again in the next run.
-    if ((blocker.entries & ~blockers) != 0u) blockers_of[tile] = TileBlockers(blockers | blocker.entries, blocker.latest);
-#endif
+    if (kAnyHit && (blocker.entries & ~blockers) != 0u)
+        blockers_of[tile] = TileBlockers(blockers | blocker.entries, blocker.latest);
 
     // The other entries are tested again, because something nearer may have been found.
     int t_exit = floatBitsToInt(exit_of(r.ray, nearest.t));
@@ -235,55 +171,3 @@ void main() {
         }
     }
 }
-#endif
-
-#ifdef TILE_REST
-void main() {
-    if (gl_GlobalInvocationID.x >= rest_head.list.count) return;
-    RestEntry entry = rest[gl_GlobalInvocationID.x];
-    bool again = (entry.slot & kSearchAgain) != 0u;
-    uint slot = entry.slot & ~kSearchAgain;
-    uint tile = slot / uint(kTileRays);
-    TileRay r = tile_ray(slot);
-    BvhHead head = bvh_head(0u);
-    BoxRay box = box_ray(r.ray.origin, r.ray.direction, head.base, head.cell, head.slack);
-    Hit known = no_hit();
-#if !HALFLIGHT_ANY_HIT
-    if (!again) known = hits[r.path];
-#endif
-    int entries = 0;
-    EntryMask others = again ? kNoEntries : entry.others;
-    do {  // closest-hit rays take far entries first
-        int i = max(first_entry(others), 0);
-        TileEntry e = load_entry(tile, i);
-#if HALFLIGHT_TWO_LEVEL
-        EntryHit h = intersect_entry(box, box_lower(e, kInstanceBox), box_upper(e, kInstanceBox), r.ray.t_min, r.ray.t_max);
-        bool inside = box_word(e, kInstanceBox) != kNoInstance && is_inner_node(entry_reference(e));
-        if (any_entry(others) && h.met) {
-            if (inside) {
-                stack[entries] = entry_reference(e);
-                stack_near[entries] = kBvhFar;
-                ++entries;
-            }
-            stack[entries] = inside ? kStackInstance | box_word(e, kInstanceBox) : entry_reference(e);
-            stack_near[entries] = h.near;
-            ++entries;
-        }
-#else
-        EntryHit h = intersect_entry(box, box_lower(e, kEntryBox), box_upper(e, kEntryBox), r.ray.t_min, r.ray.t_max);
-        if (any_entry(others)) {
-            stack[entries] = entry_reference(e);
-            stack_near[entries] = h.near;
-            ++entries;
-        }
-#endif
-        others &= ~entry_bit(i);
-    } while (any_entry(others));
-    if (again) {
-        stack[0] = kBvhTag | 1u;
-        stack_near[0] = floatBitsToInt(r.ray.t_min);
-        entries = 1;
-    }
-    store_answer(r.path, traverse_from(r.ray, entries, known, alpha_key(r.path), kAnyHit));
-}
-#endif

@@ -2,19 +2,16 @@
 // without it the picture is display-encoded already. With HALFLIGHT_DIFFERENCE the absolute difference from another
 // picture is drawn.
 uniform sampler2D picture;
-#if HALFLIGHT_DIFFERENCE
 uniform sampler2D other;
-#endif
-#if HALFLIGHT_VIEW
 uniform float exposure_scale;
-#endif
 layout(location = 0) out vec4 color;
 
 void main() {
     vec3 pixel = texelFetch(picture, ivec2(gl_FragCoord.xy), 0).rgb;
-#if HALFLIGHT_DIFFERENCE
-    pixel = abs(pixel - texelFetch(other, ivec2(gl_FragCoord.xy) * textureSize(other, 0) / textureSize(picture, 0), 0).rgb);
-#endif
+    if (HALFLIGHT_DIFFERENCE != 0) {
+        ivec2 there = ivec2(gl_FragCoord.xy) * textureSize(other, 0) / textureSize(picture, 0);
+        pixel = abs(pixel - texelFetch(other, there, 0).rgb);
+    }
 #if HALFLIGHT_VIEW
     pixel = ocio_view(vec4(pixel * exposure_scale, 1.0)).rgb;
 #endif

@@ -224,9 +224,9 @@ std::vector<VertexArrays> GpuDeformer::deform_batch(std::span<const Deformation>
 void GpuDeformer::start(const Job& job) {
     const Resident& shape = *job.shape;
     gpu::Defines defines;
-    if (shape.has_normals) defines.set("NORMALS");
-    if (shape.has_tangents) defines.set("TANGENTS");
-    if (!job.deformation.joints.empty()) defines.set("JOINTS");
+    if (shape.has_normals) defines.set("HALFLIGHT_NORMALS");
+    if (shape.has_tangents) defines.set("HALFLIGHT_TANGENTS");
+    if (!job.deformation.joints.empty()) defines.set("HALFLIGHT_JOINTS");
     const gpu::Program& program = programs_.compute("shaders/deform.comp", defines);
     program.set("sets", static_cast<int>(shape.sets));
     program.set("first_matrix", job.first_matrix);

@@ -158,7 +158,7 @@ void TraceScene::set_shading(const gpu::Defines& shading) {
 }
 
 void TraceScene::bind() const {
-    nodes_.bind_texture(shared::kUnitNodes, statistics_.node_format == NodeFormat::floating ? GL_RGBA32F : GL_RGBA32UI);
+    nodes_.bind_texture(shared::kUnitNodes, GL_RGBA32UI);
     if (statistics_.node_format == NodeFormat::page)
         nodes_.bind_texture(shared::kUnitTriangleVertices, GL_RGB32F);
     else

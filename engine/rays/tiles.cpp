@@ -103,7 +103,7 @@ void search_tiles(graph::Resources& r, const TraceScene& scene, const RayBatch& 
                   graph::BufferHandle results, bool any_hit) {
     interruption_point();
     gpu::Defines defines = search_defines(scene, batch, tiles, any_hit);
-    if (any_hit && tiles.counts) defines.set("COUNT_REMEMBERED");
+    if (any_hit && tiles.counts) defines.set("HALFLIGHT_COUNT_REMEMBERED");
     const gpu::Program& program = r.programs().compute("shaders/trace_tiles.comp", defines);
     const shared::RestHeader empty{.list = {.groups_x = 0, .groups_y = 1, .groups_z = 1, .count = 0}, .remembered = 0};
     r.buffer(tiles.rest_header).write(0, sizeof(empty), &empty);
@@ -122,9 +122,8 @@ void search_tiles(graph::Resources& r, const TraceScene& scene, const RayBatch& 
 
 void search_rest(graph::Resources& r, const TraceScene& scene, const RayBatch& batch, const TileBuffers& tiles,
                  graph::BufferHandle results, bool any_hit) {
-    gpu::Defines defines = search_defines(scene, batch, tiles, any_hit);
-    defines.set("TILE_REST");
-    const gpu::Program& program = r.programs().compute("shaders/trace_tiles.comp", defines);
+    const gpu::Program& program =
+        r.programs().compute("shaders/trace_rest.comp", search_defines(scene, batch, tiles, any_hit));
     bind_search(r, program, scene, batch, tiles, results, any_hit);
     program.dispatch_indirect(r.buffer(tiles.rest_header), (batch.capacity + 63) / 64);
 }
@@ -135,7 +134,7 @@ shared::BatchCounts count_batch(graph::Resources& r, const TraceScene& scene, co
     tiles.settings = settings;
     tiles.lists = lists;
     gpu::Defines defines = search_defines(scene, batch, tiles, false);
-    if (lists) defines.set("TILE_LISTS");
+    if (lists) defines.set("HALFLIGHT_TILE_LISTS");
     const gpu::Program& program = r.programs().compute("shaders/count_batch.comp", defines);
     const gpu::Buffer counts("counts of a batch", sizeof(shared::BatchCounts));
     bind_tiles(r, program, scene, batch, tiles);

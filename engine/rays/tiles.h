@@ -1,8 +1,8 @@
 // Culling by compute, a back end of CHC+RT (Mattausch, Bittner, Jaspe, Gobbetti, Wimmer, Pajarola 2015, CHC+RT:
 // Coherent Hierarchical Culling for Ray Tracing, Computer Graphics Forum 34(2)).
 //
-// The kernel shaders/cull.comp cuts the hierarchy per tile of rays. The kernels of shaders/trace_tiles.comp search this
-// cut: first the leaves of the tile, then, for the remaining rays, the subtrees of its other entries.
+// The kernel shaders/cull.comp cuts the hierarchy per tile of rays. The kernel shaders/trace_tiles.comp searches the
+// leaves of this cut, and shaders/trace_rest.comp, for the remaining rays, the subtrees of its other entries.
 //
 // Hits equal those of the plain tracer bit for bit. However, a search that the driver would cut short may end here,
 // because it is divided.

@@ -42,9 +42,9 @@ graph::BufferHandle add_debug_aov(graph::Graph& graph, const SceneView& view, co
         gpu::Defines defines = rays::tile_defines(view.trace, seen, view.tracer.tile_settings());
         const bool paged = view.trace.paged();
         if (options.nodes && !paged) defines.set("HALFLIGHT_COUNT");
-        if (lists && view.tracer.ran_by_tiles(shadow)) defines.set("TILE_LISTS");
+        if (lists && view.tracer.ran_by_tiles(shadow)) defines.set("HALFLIGHT_TILE_LISTS");
         const bool residency = options.residency && paged;
-        if (residency) defines.set("RESIDENCY");
+        if (residency) defines.set("HALFLIGHT_RESIDENCY");
         view.trace.bind();
         view.scene.bind();
         const gpu::Program& program = r.kernel({"shaders/debug_aov.comp", defines});

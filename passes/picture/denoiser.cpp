@@ -216,18 +216,18 @@ CalmLight add_kept_light(graph::Graph& graph, const CalmLight& calm, const CalmL
                          int radius) {
     const auto [light] = add_kernel<1>(graph, "denoiser: kept light", "shaders/half_kept.comp",
                                        {{"first", filtered.first}, {"second", filtered.second}, {"albedo", albedo}},
-                                       {"light"}, 8, {}, {{"HALFLIGHT_LIGHT", "1"}});
+                                       {"made"}, 8, {}, {{"HALFLIGHT_LIGHT", "1"}});
     const auto [lost] = add_kernel<1>(graph, "denoiser: kept light", "shaders/half_kept.comp",
                                       {{"first", calm.first},
                                        {"second", calm.second},
                                        {"albedo", albedo},
                                        {"light", light},
                                        {"around", add_triangle(graph, light, radius)}},
-                                      {"lost"}, 8, {}, {{"HALFLIGHT_LOST", "1"}});
+                                      {"made"}, 8, {}, {{"HALFLIGHT_LOST", "1"}});
     const auto [first, second] = add_kernel<2>(
         graph, "denoiser: kept light", "shaders/half_kept.comp",
         {{"first", filtered.first}, {"second", filtered.second}, {"gains", add_triangle(graph, lost, radius)}},
-        {"kept_first", "kept_second"});
+        {"made", "made_second"});
     return {first, second, filtered.spread, filtered.over_frames};
 }
 

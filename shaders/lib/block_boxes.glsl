@@ -14,13 +14,8 @@ void boxes_around(ShaftSpace space, BvhHead block, uint instance, vec3 margin, v
     vec4 from[3];
     vec4 to[3];
     for (int a = 0; a < 3; ++a) {
-#if HALFLIGHT_NODES_FLOAT
-        from[a] = lower[a];
-        to[a] = upper[a];
-#else
-        from[a] = block.base[a] + lower[a] * block.cell[a];
-        to[a] = block.base[a] + upper[a] * block.cell[a];
-#endif
+        from[a] = kFloatNodes ? lower[a] : block.base[a] + lower[a] * block.cell[a];
+        to[a] = kFloatNodes ? upper[a] : block.base[a] + upper[a] * block.cell[a];
     }
     for (int a = 0; a < 3; ++a) {
         vec4 row = instance_row(instance, kInstanceBlockToWorld, a);
@@ -32,10 +27,10 @@ void boxes_around(ShaftSpace space, BvhHead block, uint instance, vec3 margin, v
         }
         l = l / space.cell[a] - margin[a];
         u = u / space.cell[a] + margin[a];
-#if !HALFLIGHT_NODES_FLOAT
-        l = clamp(floor(l), 0.0, kGridCells);
-        u = clamp(ceil(u), 0.0, kGridCells);
-#endif
+        if (!kFloatNodes) {
+            l = clamp(floor(l), 0.0, kGridCells);
+            u = clamp(ceil(u), 0.0, kGridCells);
+        }
         // A missing child stays empty.
         bvec4 there = lessThanEqual(lower[a], upper[a]);
         around_lower[a] = mix(lower[a], l, there);

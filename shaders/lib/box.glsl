@@ -2,10 +2,10 @@
 //
 // The test is monotone: a box inside another one is entered no earlier and left no later, bit for bit, because every
 // step rounds monotonically. Therefore results depend neither on the order of traversal nor on culling.
+#include "shaders/lib/node_format.glsl"
 #include "shaders/shared/bvh_nodes.h"
 
-// Bounds are in the units of the hierarchy's space, not in cells.
-#define HALFLIGHT_NODES_WORLD (HALFLIGHT_NODES_FLOAT || HALFLIGHT_NODES_PAGE)
+const bool kWorldBounds = kFloatNodes || kPageNodes;  // bounds are in the units of the hierarchy's space, not in cells
 
 // Slab constants per axis, in the units of the bounds. Entry and exit are moved apart by the possible rounding errors,
 // which makes boxes larger.
@@ -49,14 +49,9 @@ BoxRay box_ray(vec3 origin, vec3 direction, vec3 base, vec3 cell, float slack) {
     vec3 raised = raised_direction(direction);
     // The code is precise, because t is raised to the entry of boxes: all kernels must get equal bits.
     precise vec3 error = side * position_error(origin, base, cell, slack);
-#if HALFLIGHT_NODES_WORLD
-    precise vec3 start = origin;
-    precise vec3 inverse = 1.0 / raised;
-#else
-    precise vec3 start = (origin - base) / cell;
-    precise vec3 inverse = cell / raised;
-    error /= cell;
-#endif
+    precise vec3 start = kWorldBounds ? origin : (origin - base) / cell;
+    precise vec3 inverse = kWorldBounds ? 1.0 / raised : cell / raised;
+    if (!kWorldBounds) error /= cell;
     precise vec3 near_origin = start + error;
     precise vec3 far_origin = start - error;
     // 1 -+ 2^-20: six roundings of 2^-24, and two divisions of 2.5 units in the last place, which GLSL allows.

@@ -1,6 +1,9 @@
 // One traversal step of a hierarchy. Needs shaders/trace_scene.glsl.
 #include "shaders/lib/box.glsl"
 
+const int kSlotTexels = max(HALFLIGHT_SLOT_TEXELS, 1);  // size of a slot of pages
+uniform uint top;  // pages: texel of the head of the hierarchy over all pages, whose root follows
+
 struct BvhHead {
     vec3 base;
     vec3 cell;
@@ -15,24 +18,12 @@ struct BvhStep {
 
 const int kBvhFar = 0x7f800000;  // bits of +inf
 
-#if HALFLIGHT_NODES_FLOAT
 BvhHead bvh_head(uint index) {
-    int texel = int(index) * kBvhFloatTexels;
-    vec4 base = texelFetch(trace_nodes, texel);
-    return BvhHead(base.xyz, texelFetch(trace_nodes, texel + 1).xyz, base.w);
-}
-#else
-BvhHead bvh_head(uint index) {
-#if HALFLIGHT_NODES_PAGE
-    int texel = int(index);
-#else
-    int texel = int(index) * kBvhGridTexels;
-#endif
+    int texel = kPageNodes ? int(index) : int(index) * (kFloatNodes ? kBvhFloatTexels : kBvhGridTexels);
     vec4 base = uintBitsToFloat(texelFetch(trace_nodes, texel));
     return BvhHead(base.xyz, uintBitsToFloat(texelFetch(trace_nodes, texel + 1).xyz), base.w);
 }
 
-#if HALFLIGHT_NODES_PAGE
 // Unpacks four numbers of cells.
 vec4 page_cells(uint word) {
     return vec4(ivec4(word & 0xffu, (word >> 8) & 0xffu, (word >> 16) & 0xffu, word >> 24));
@@ -61,13 +52,11 @@ BoxHits intersect_page_boxes(BoxRay ray, uvec4 frame, uvec4 xy, uvec2 z, float t
                         page_planes(ray.backward.y ? xy.z : xy.w, far.y, far_step.y),
                         page_planes(ray.backward.z ? z.x : z.y, far.z, far_step.z), t_min, t_exit);
 }
-#endif
 
 // Unpacks four cells from two words, through int, because few processors convert from unsigned.
 vec4 cells_of(uvec2 words) {
     return vec4(ivec4(words.x & 0xffffu, words.x >> 16, words.y & 0xffffu, words.y >> 16));
 }
-#endif
 
 void order_pair(inout BvhStep s, const int i, const int j) {
     bool swapped = s.near[j] < s.near[i];
@@ -80,43 +69,42 @@ void order_pair(inout BvhStep s, const int i, const int j) {
     s.reference[j] = reference.y;
 }
 
+// Returns four bounds of a node in the float format.
+vec4 float_bounds(int texel) { return uintBitsToFloat(texelFetch(trace_nodes, texel)); }
+
 // Tests the children `slots` of a node against the part [t_min, t_exit] of the ray.
 BvhStep bvh_step(BoxRay ray, uint node, float t_min, float t_exit, bvec4 slots) {
-#if !HALFLIGHT_NODES_PAGE
     int index = int(node & kBvhIndexMask);
-#endif
-#if HALFLIGHT_NODES_FLOAT
-    // The texture fetch selects the side by which the ray enters.
-    ivec3 enter = index * kBvhFloatTexels + ivec3(0, 2, 4) + ivec3(ray.backward);
-    ivec3 leave = index * kBvhFloatTexels + ivec3(1, 3, 5) - ivec3(ray.backward);
-    BoxHits hits = intersect_boxes(ray, texelFetch(trace_nodes, enter.x), texelFetch(trace_nodes, enter.y),
-                                   texelFetch(trace_nodes, enter.z), texelFetch(trace_nodes, leave.x),
-                                   texelFetch(trace_nodes, leave.y), texelFetch(trace_nodes, leave.z), t_min, t_exit);
+    BoxHits hits;
     BvhStep s;
-    s.reference = floatBitsToUint(texelFetch(trace_nodes, index * kBvhFloatTexels + 6));
-#elif HALFLIGHT_NODES_PAGE
-    uvec4 frame = texelFetch(trace_nodes, int(node));
-    uvec4 xy = texelFetch(trace_nodes, int(node) + 1);
-    uvec4 z = texelFetch(trace_nodes, int(node) + 2);
-    BoxHits hits = intersect_page_boxes(ray, frame, xy, z.xy, t_min, t_exit);
-    BvhStep s;
-    uvec4 codes = uvec4(z.w & 0xffu, (z.w >> 8) & 0xffu, (z.w >> 16) & 0xffu, z.w >> 24);
-    uvec4 offsets = codes & kBvhPageNoChild;
-    s.reference = (node + z.z) + offsets + ((codes - offsets) << (kBvhPageCountShift - kBvhPageOffsetBits));
-    // The box of a missing child is empty, but smaller than the slack if the node is small.
-    hits.met = bvec4(uvec4(hits.met) & uvec4(notEqual(codes, uvec4(kBvhPageNoChild))));
-#else
-    int texel = index * kBvhGridTexels;
-    uvec4 x = texelFetch(trace_nodes, texel);
-    uvec4 y = texelFetch(trace_nodes, texel + 1);
-    uvec4 z = texelFetch(trace_nodes, texel + 2);
-    BoxHits hits = intersect_boxes(
-        ray, cells_of(ray.backward.x ? x.zw : x.xy), cells_of(ray.backward.y ? y.zw : y.xy),
-        cells_of(ray.backward.z ? z.zw : z.xy), cells_of(ray.backward.x ? x.xy : x.zw),
-        cells_of(ray.backward.y ? y.xy : y.zw), cells_of(ray.backward.z ? z.xy : z.zw), t_min, t_exit);
-    BvhStep s;
-    s.reference = texelFetch(trace_nodes, texel + 3);
-#endif
+    if (kFloatNodes) {
+        // The texture fetch selects the side by which the ray enters.
+        ivec3 enter = index * kBvhFloatTexels + ivec3(0, 2, 4) + ivec3(ray.backward);
+        ivec3 leave = index * kBvhFloatTexels + ivec3(1, 3, 5) - ivec3(ray.backward);
+        hits = intersect_boxes(ray, float_bounds(enter.x), float_bounds(enter.y), float_bounds(enter.z),
+                               float_bounds(leave.x), float_bounds(leave.y), float_bounds(leave.z), t_min, t_exit);
+        s.reference = texelFetch(trace_nodes, index * kBvhFloatTexels + 6);
+    } else if (kPageNodes) {
+        uvec4 frame = texelFetch(trace_nodes, int(node));
+        uvec4 xy = texelFetch(trace_nodes, int(node) + 1);
+        uvec4 z = texelFetch(trace_nodes, int(node) + 2);
+        hits = intersect_page_boxes(ray, frame, xy, z.xy, t_min, t_exit);
+        uvec4 codes = uvec4(z.w & 0xffu, (z.w >> 8) & 0xffu, (z.w >> 16) & 0xffu, z.w >> 24);
+        uvec4 offsets = codes & kBvhPageNoChild;
+        s.reference = (node + z.z) + offsets + ((codes - offsets) << (kBvhPageCountShift - kBvhPageOffsetBits));
+        // The box of a missing child is empty, but smaller than the slack if the node is small.
+        hits.met = bvec4(uvec4(hits.met) & uvec4(notEqual(codes, uvec4(kBvhPageNoChild))));
+    } else {
+        int texel = index * kBvhGridTexels;
+        uvec4 x = texelFetch(trace_nodes, texel);
+        uvec4 y = texelFetch(trace_nodes, texel + 1);
+        uvec4 z = texelFetch(trace_nodes, texel + 2);
+        hits = intersect_boxes(
+            ray, cells_of(ray.backward.x ? x.zw : x.xy), cells_of(ray.backward.y ? y.zw : y.xy),
+            cells_of(ray.backward.z ? z.zw : z.xy), cells_of(ray.backward.x ? x.xy : x.zw),
+            cells_of(ray.backward.y ? y.xy : y.zw), cells_of(ray.backward.z ? z.xy : z.zw), t_min, t_exit);
+        s.reference = texelFetch(trace_nodes, texel + 3);
+    }
     s.near = mix(ivec4(kBvhFar), hits.near, bvec4(uvec4(hits.met) & uvec4(slots)));
     order_pair(s, 0, 1);
     order_pair(s, 2, 3);

@@ -17,11 +17,9 @@ struct ShaftSpace {
 };
 
 ShaftSpace shaft_space(BvhHead head) {
-#if HALFLIGHT_NODES_FLOAT
-    return ShaftSpace(vec3(0.0), vec3(1.0), head.base + kGridCells * head.cell, head.base, head.slack);
-#else
+    if (kFloatNodes)
+        return ShaftSpace(vec3(0.0), vec3(1.0), head.base + kGridCells * head.cell, head.base, head.slack);
     return ShaftSpace(head.base, head.cell, vec3(kGridCells), vec3(0.0), head.slack);
-#endif
 }
 
 // Returns an upper bound of the error of box_ray()'s test for a ray from `origin`, relative to exact arithmetic. It

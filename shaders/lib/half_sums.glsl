@@ -2,9 +2,5 @@
 #include "shaders/shared/denoise.h"
 #include "shaders/shared/chain_records.h"
 
-// Number of doubles per path.
-#if HALFLIGHT_SPECULAR_CHAINS
-const uint kHalfStride = kHalfSums + kChainSums;
-#else
-const uint kHalfStride = kHalfSums;
-#endif
+const bool kSpecularChains = HALFLIGHT_SPECULAR_CHAINS != 0;
+const uint kHalfStride = kHalfSums + (kSpecularChains ? kChainSums : 0u);  // number of doubles per path

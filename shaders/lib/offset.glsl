@@ -14,20 +14,17 @@ float rounding_bound(float n) {
 // of the weights' errors times r_i, which exceeds roundings of the hit's length only in slivers. The worst case is some
 // thirty roundings; many independent ones stay within five (tests/pass/light/test_direct_light.cpp, test_shading_surface.cpp).
 // The bound is at most the triangle's smallest height, so that slivers send no ray far away.
-#if HALFLIGHT_SLIVERS
-// The tracer with doubles uses the triangle's true plane. The remaining errors are those of the offset direction in
-// floats. The normal has three roundings of its products and three of its length, and the test of a direction's side has
-// four more. A ray with these errors comes closer by as much of its length, which ends at the triangle's furthest corner.
+//
+// With HALFLIGHT_SLIVERS, the tracer uses the triangle's true plane. The remaining errors are those of the offset
+// direction in floats. The normal has three roundings of its products and three of its length, and the test of a
+// direction's side has four more. A ray with these errors comes closer by as much of its length, which ends at the
+// triangle's furthest corner.
 float sliver_bound(vec3 a, vec3 b, vec3 c) {
-    return rounding_bound(10.0) * sqrt(max(dot(a, a), max(dot(b, b), dot(c, c))));
-}
-#else
-float sliver_bound(vec3 a, vec3 b, vec3 c) {
+    if (HALFLIGHT_SLIVERS != 0) return rounding_bound(10.0) * sqrt(max(dot(a, a), max(dot(b, b), dot(c, c))));
     float longest = sqrt(max(max(dot(b - a, b - a), dot(c - a, c - a)), max(dot(c - b, c - b), 1e-30)));
     float doubled_area = max(length(cross(b - a, c - a)), 1e-30);
     return min(rounding_bound(6.0) * length(a) * length(b) * length(c) / doubled_area, doubled_area / longest);
 }
-#endif
 
 // Moves a ray's origin to the side of `direction`. offset: Surface::offset; normal: geometric, unit length.
 vec3 offset_ray_origin(vec3 position, float offset, vec3 normal, vec3 direction) {

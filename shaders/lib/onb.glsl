@@ -10,14 +10,11 @@ vec3 face_vector(vec3 e1, vec3 e2) {
 
 // Returns a vector perpendicular to a triangle. Rounded edges of a sliver do not determine its height.
 vec3 face_of_corners(vec3 a, vec3 b, vec3 c) {
-#if HALFLIGHT_SLIVERS
+    if (HALFLIGHT_SLIVERS == 0) return face_vector(b - a, c - a);
     dvec3 face = cross(dvec3(b) - dvec3(a), dvec3(c) - dvec3(a));
     dvec3 magnitude = abs(face);
     double largest = max(max(magnitude.x, magnitude.y), magnitude.z);
     return vec3(face / (largest > double(0.0) ? largest : double(1.0)));
-#else
-    return face_vector(b - a, c - a);
-#endif
 }
 
 // Returns the basis with two tangents and n as columns (Duff et al. 2017, Building an Orthonormal Basis, Revisited).

@@ -1,6 +1,4 @@
 // The subtrees of pages around a point (engine/paging/page_pool.h). Needs shaders/lib/bvh.glsl.
-uniform uint top;  // texel of the head of the hierarchy over all pages, whose root follows
-
 struct Subtree {
     uint number;    // place of its root in that hierarchy, which does not depend on the pool; 0: none
     bool resident;  // its page is in the pool

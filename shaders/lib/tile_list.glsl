@@ -1,52 +1,37 @@
 // Records of the nodes that tiles can meet (shaders/shared/tile_list.h). Needs shaders/lib/bvh.glsl.
-//
-// Variants: HALFLIGHT_TILE_RAYS, HALFLIGHT_TILE_ENTRIES (numbers).
+#include "shaders/lib/node_format.glsl"
 #include "shaders/shared/tile_list.h"
 
 uniform usamplerBuffer tile_lists;
 
-#if HALFLIGHT_NODES_FLOAT
-const int kBoxTexels = kTileFloatBoxTexels;
-#else
-const int kBoxTexels = kTileBoxTexels;
-#endif
-#if HALFLIGHT_TWO_LEVEL
-const int kEntryTexels = kBoxTexels * kTileInstanceBoxes;
-#else
-const int kEntryTexels = kBoxTexels * kTileBoxes;
-#endif
+const int kTileRays = HALFLIGHT_TILE_RAYS;        // consecutive slots that share a list
+const int kTileEntries = HALFLIGHT_TILE_ENTRIES;  // maximum number of entries of a list
+
+const int kBoxTexels = kFloatNodes ? kTileFloatBoxTexels : kTileBoxTexels;
+const int kEntryTexels = kBoxTexels * (kTwoLevel ? kTileInstanceBoxes : kTileBoxes);
 const int kTileRecord = kTileHeaderTexels + kTileEntries * kEntryTexels;
 
 struct TileEntry {
     uvec4 texels[kEntryTexels];
 };
 
-const int kEntryBox = 0;  // first texel of the box whose word is the reference
-#if HALFLIGHT_TWO_LEVEL
-const int kInstanceBox = kBoxTexels;   // first texel of the box whose word is the instance
-const int kBlockBox = 2 * kBoxTexels;  // first texel of the box whose word is the head; leaves only
-const int kNodeTexels = kBlockBox;
-#else
-const int kNodeTexels = kEntryTexels;
-#endif
+// First texels of the boxes of an entry.
+const int kEntryBox = 0;                                // its word is the reference
+const int kInstanceBox = kTwoLevel ? kBoxTexels : 0;    // its word is the instance
+const int kBlockBox = kTwoLevel ? 2 * kBoxTexels : 0;   // its word is the block's head; leaves only
+const int kNodeTexels = kTwoLevel ? kBlockBox : kEntryTexels;
 
 uint box_word(TileEntry e, const int box) { return e.texels[box].w; }
 uint entry_reference(TileEntry e) { return box_word(e, kEntryBox); }
 
 vec3 box_lower(TileEntry e, const int box) {
-#if HALFLIGHT_NODES_FLOAT
-    return uintBitsToFloat(e.texels[box].xyz);
-#else
+    if (kFloatNodes) return uintBitsToFloat(e.texels[box].xyz);
     return vec3(ivec3(e.texels[box].xyz & 0xffffu));
-#endif
 }
 
 vec3 box_upper(TileEntry e, const int box) {
-#if HALFLIGHT_NODES_FLOAT
-    return uintBitsToFloat(e.texels[box + 1].xyz);
-#else
+    if (kFloatNodes) return uintBitsToFloat(e.texels[box + kBoxTexels - 1].xyz);
     return vec3(ivec3(e.texels[box].xyz >> 16));
-#endif
 }
 
 int entry_texel(uint tile, int index) { return int(tile) * kTileRecord + kTileHeaderTexels + index * kEntryTexels; }

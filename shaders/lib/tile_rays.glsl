@@ -2,17 +2,10 @@
 //
 // Variants: HALFLIGHT_LIST (slots are those of a list of paths; else slots are paths), HALFLIGHT_ENDS (rays end where
 // the buffer Ends says, at the latest).
+#include "shaders/lib/batch_paths.glsl"
 #include "shaders/lib/batch_rays.glsl"
 
-#if HALFLIGHT_LIST
-layout(std430) readonly buffer List { uint list[]; };
-layout(std430) readonly buffer Header { ListHeader header; };
-#else
-uniform uint capacity;  // number of rays
-#endif
-#if HALFLIGHT_ENDS
-layout(std430) readonly buffer Ends { float ends[]; };
-#endif
+OPTIONAL(HALFLIGHT_ENDS) layout(std430) readonly buffer Ends { float ends[]; };
 
 struct TileRay {
     Ray ray;
@@ -22,17 +15,11 @@ struct TileRay {
 };
 
 TileRay tile_ray(uint slot) {
-#if HALFLIGHT_LIST
-    bool listed = slot < header.count;
-    uint entry = list[listed ? slot : 0u];
-    uint path = listed ? entry : 0u;  // an empty list has no first entry
-#else
-    bool listed = slot < capacity;
-    uint path = min(slot, capacity - 1u);
-#endif
+    bool listed = slot < entry_count();
+    // An empty list has no first entry.
+    uint entry = kListed ? path_of(listed ? slot : 0u) : min(slot, capacity - 1u);
+    uint path = !kListed || listed ? entry : 0u;
     Ray ray = load_ray(path);
-#if HALFLIGHT_ENDS
-    ray.t_max = min(ray.t_max, ends[path]);
-#endif
+    if (HALFLIGHT_ENDS != 0) ray.t_max = min(ray.t_max, ends[path]);
     return TileRay(ray, path, listed, listed && ray.t_max >= ray.t_min);
 }

@@ -7,60 +7,23 @@
 // (engine/rays/bvh.h): their t is raised to the entry of the leaf, and the smallest one counts. The lowest (instance,
 // triangle) wins ties.
 //
-// Variant: HALFLIGHT_STACK (entries), HALFLIGHT_TWO_LEVEL (instances), HALFLIGHT_ALPHA (alpha-tested triangles),
-// HALFLIGHT_COUNT (nodes visited), HALFLIGHT_NODES_PAGE (missing pages; only alpha-tested triangles have table rows),
-// HALFLIGHT_BACKFACES (back faces of one-sided triangles are no hits of rays with t_min > 0, or with kEveryRay of all
-// rays),
-// HALFLIGHT_PASS_PANES (panes are no hits),
-// HALFLIGHT_CATCHERS_ONLY (rays pass through all but shadow catchers; not in scenes that are loaded in pages).
-// HALFLIGHT_SLOT_TEXELS is the size of a slot with HALFLIGHT_NODES_PAGE.
-// Kernels may start elsewhere than at the root: TRAVERSAL_ROOT, and inside an instance BLOCK_ROOT. TRAVERSAL_HEAD is the
-// head of the hierarchy where they start.
+// Kernels may define HALFLIGHT_STACK_MORE, entries in addition to the HALFLIGHT_STACK of a traversal.
 #include "shaders/shared/ray_structs.h"
+#include "shaders/lib/alpha.glsl"
 #include "shaders/lib/block_ray.glsl"
 #include "shaders/lib/bvh.glsl"
 #include "shaders/lib/finite.glsl"
 #include "shaders/lib/intersect.glsl"
-#if HALFLIGHT_ALPHA
-#include "shaders/lib/alpha.glsl"
-#endif
+#include "shaders/lib/stack_references.glsl"
 
-#ifndef TRAVERSAL_ROOT
-#define TRAVERSAL_ROOT (kBvhTag | 1u)
-#endif
-#ifndef TRAVERSAL_HEAD
-#define TRAVERSAL_HEAD 0u
-#endif
-#ifndef BLOCK_ROOT
-#define BLOCK_ROOT(head) (kBvhTag | ((head) + 1u))
-#endif
+const bool kPassesPanes = HALFLIGHT_PASS_PANES != 0;      // panes are no hits
+const bool kCountsNodes = HALFLIGHT_COUNT != 0;           // nodes_visited is counted
+const bool kNotesSlots = HALFLIGHT_TOUCH != 0;            // slots of pages that are read are noted
+const bool kOnlyCatchers = HALFLIGHT_CATCHERS_ONLY != 0;  // only shadow catchers are hits; not in pages
+// Back faces of one-sided triangles are no hits of rays with t_min > 0, or with kEveryRay of all rays.
+const bool kPassesBacks = HALFLIGHT_BACKFACES != 0;
 
-const uint kStackDone = 0xffffffffu;
-#if HALFLIGHT_NODES_PAGE
-#include "shaders/lib/page_references.glsl"
-#else
-const uint kStackLeaf = kBvhTag | kBvhLeaf;        // smaller entries of the stack are nodes
-const uint kStackBeyond = kBvhTag | kBvhInstance;  // smaller entries are nodes and leaves
-const uint kNoPlace = kBvhNoChild;
-const uint kStackLeaveBlock = 0x7fffffffu;  // entry that returns to the top level
-const uint kStackInstance = 0x70000000u;    // | instance; it is entered at the node below on the stack
-
-// Returns the first place of a leaf. A place counts pairs of triangles in leaf order: twice the pair's index, plus 1
-// after its first triangle.
-int first_place(uint leaf) { return 2 * int(leaf & kBvhIndexMask); }
-int places_in(uint leaf) { return is_leaf(leaf) ? 2 * int((leaf >> kBvhCountShift) & 7u) : 0; }
-uint leaf_of(uint pairs, uint first) { return kBvhTag | kBvhLeaf | (pairs << kBvhCountShift) | first; }
-// Returns the row of a triangle in the tables. `place` is in its pair.
-uint row_of(int place, uint triangle) { return triangle; }
-#endif
-
-// Returns the id of a triangle of the tables, by which tests of alpha decide.
-#if HALFLIGHT_TRIANGLE_IDS
-uniform usamplerBuffer triangle_ids;  // R32UI
-uint triangle_id(uint triangle) { return texelFetch(triangle_ids, int(triangle)).x; }
-#else
-uint triangle_id(uint triangle) { return triangle; }
-#endif
+OPTIONAL(HALFLIGHT_TOUCH) layout(std430) writeonly buffer Touched { uint touched_slots[]; };
 
 // Constants of a ray for its entry into the boxes of triangles, per axis of TriangleRay::axes.xy. Along axes.z, t
 // itself is no earlier than the entry but for rounding, which the slack of nodes covers.
@@ -93,77 +56,95 @@ struct PlaceHit {
     bool nearer;        // true: nearer than `nearest`, or equal t and a lower (instance, triangle)
     bool alpha_tested;
     int next;           // next place: few rays hit both triangles of a pair
-    Hit hit;            // hit on the triangle; for any_hit, valid only with HALFLIGHT_ALPHA
+    Hit hit;            // hit on the triangle; for any_hit, valid only with kAlpha
 };
 
-// Intersects one triangle. `leaf_near` is the entry of the ray into the boxes of leaf and instance.
-PlaceHit intersect_place(TriangleRay ray, EntryRay entry, int place, uint instance, float t_min, float leaf_near,
-                         Hit nearest, const bool any_hit) {
-#if HALFLIGHT_NODES_PAGE
-    uvec4 words = texelFetch(trace_nodes, place >> 1);
-    int slot = (place >> 1) / HALFLIGHT_SLOT_TEXELS;
-    ivec4 corners = slot * (HALFLIGHT_SLOT_TEXELS / 3 * 4) +
+// Coordinates of the four corners of a pair, by axis of the ray.
+struct PairRows {
+    vec4 x;
+    vec4 y;
+    vec4 z;
+};
+
+// words: in pages, the pair's texel
+PairRows pair_rows(TriangleRay ray, int pair, uvec4 words) {
+    if (!kPageNodes) {
+        ivec3 texels = pair * kBvhPairTexels + ray.axes;
+        return PairRows(texelFetch(trace_triangles, texels.x), texelFetch(trace_triangles, texels.y),
+                        texelFetch(trace_triangles, texels.z));
+    }
+    ivec4 corners = pair / kSlotTexels * (kSlotTexels / 3 * 4) +
                     ivec4(uvec4(words.z, words.z >> kBvhPageCornerBits, words.w, words.w >> kBvhPageCornerBits) &
                           kBvhPageCornerMask);
     vec3 a = along_axes(ray, texelFetch(trace_triangles, corners.x).xyz);
     vec3 b = along_axes(ray, texelFetch(trace_triangles, corners.y).xyz);
     vec3 c = along_axes(ray, texelFetch(trace_triangles, corners.z).xyz);
     vec3 d = along_axes(ray, texelFetch(trace_triangles, corners.w).xyz);
-    vec4 row_x = vec4(a.x, b.x, c.x, d.x), row_y = vec4(a.y, b.y, c.y, d.y), row_z = vec4(a.z, b.z, c.z, d.z);
-#else
-    int texel = (place >> 1) * kBvhPairTexels;
-    vec4 row_x = texelFetch(trace_triangles, texel + ray.axes.x);
-    vec4 row_y = texelFetch(trace_triangles, texel + ray.axes.y);
-    vec4 row_z = texelFetch(trace_triangles, texel + ray.axes.z);
-#endif
-    PairEdges pair = intersect_pair(ray, row_x, row_y, row_z);
+    return PairRows(vec4(a.x, b.x, c.x, d.x), vec4(a.y, b.y, c.y, d.y), vec4(a.z, b.z, c.z, d.z));
+}
+
+// Ids of a pair's triangles, and properties of one of them.
+struct PairFlags {
+    uvec2 ids;  // with other bits above those of kBvhTriangleMask
+    uint order;
+    bool alpha_tested;
+    bool one_sided;
+    bool mirrored;
+};
+
+PairFlags pair_flags(int pair, uvec4 words, bool second) {
+    if (kPageNodes) {
+        uvec2 ids = words.xy & (kBvhPageAlpha | kBvhTriangleMask);
+        return PairFlags(ids, (second ? words.w : words.z) >> kBvhPageOrderShift,
+                         ((second ? ids.y : ids.x) & kBvhPageAlpha) != 0u, (words.x & kBvhPageFacing) != 0u,
+                         (words.y & kBvhPageFacing) != 0u);
+    }
+    uvec4 ids = floatBitsToUint(texelFetch(trace_triangles, pair * kBvhPairTexels + 3));
+    uint flags = second ? ids.z >> kBvhFlagShift : ids.z;
+    return PairFlags(ids.xy, second ? ids.z >> kBvhOrderShift : ids.z, (flags & kBvhAlphaTested) != 0u,
+                     (flags & kBvhOneSided) != 0u, (flags & kBvhMirrored) != 0u);
+}
+
+// Intersects one triangle. `leaf_near` is the entry of the ray into the boxes of leaf and instance.
+PlaceHit intersect_place(TriangleRay ray, EntryRay entry, int place, uint instance, float t_min, float leaf_near,
+                         Hit nearest, const bool any_hit) {
+    int pair_index = place >> 1;
+    uvec4 words = kPageNodes ? texelFetch(trace_nodes, pair_index) : uvec4(0u);
+    PairRows rows = pair_rows(ray, pair_index, words);
+    PairEdges pair = intersect_pair(ray, rows.x, rows.y, rows.z);
     bool second = (place & 1) != 0 || !pair.met.x;
     PlaceHit h;
     h.next = (place | 1) + (second || !pair.met.y ? 1 : 0);
     h.nearer = !second || pair.met.y;
     h.alpha_tested = false;
     h.hit = nearest;
-    float near = triangle_near(entry, ray.origin, row_x, row_y, second);
-#if !HALFLIGHT_ALPHA && !HALFLIGHT_BACKFACES && !HALFLIGHT_PASS_PANES
-    if (any_hit) {
+    float near = triangle_near(entry, ray.origin, rows.x, rows.y, second);
+    if (any_hit && !kAlpha && !kPassesBacks && !kPassesPanes) {
         float t = pair_t(ray, pair, second);
         h.nearer = h.nearer && t > t_min && max(t, near) < nearest.t;
-#if HALFLIGHT_CATCHERS_ONLY
-        vec4 both = texelFetch(trace_triangles, texel + 3);
-        h.nearer = h.nearer && catches_shadows(floatBitsToUint(second ? both.y : both.x) & kBvhTriangleMask);
-#endif
+        if (kOnlyCatchers) {
+            vec4 both = texelFetch(trace_triangles, pair_index * kBvhPairTexels + 3);
+            h.nearer = h.nearer && catches_shadows(floatBitsToUint(second ? both.y : both.x) & kBvhTriangleMask);
+        }
         return h;
     }
-#endif
-#if HALFLIGHT_NODES_PAGE
-    uvec2 ids = words.xy & (kBvhPageAlpha | kBvhTriangleMask);
-    uint order = (second ? words.w : words.z) >> kBvhPageOrderShift;
-    h.alpha_tested = ((second ? ids.y : ids.x) & kBvhPageAlpha) != 0u;
-    bool one_sided = (words.x & kBvhPageFacing) != 0u, mirrored = (words.y & kBvhPageFacing) != 0u;
-#else
-    uvec4 ids = floatBitsToUint(texelFetch(trace_triangles, texel + 3));
-    uint order = second ? ids.z >> kBvhOrderShift : ids.z;
-    uint flags = second ? ids.z >> kBvhFlagShift : ids.z;
-    h.alpha_tested = (flags & kBvhAlphaTested) != 0u;
-    bool one_sided = (flags & kBvhOneSided) != 0u, mirrored = (flags & kBvhMirrored) != 0u;
-#endif
-#if HALFLIGHT_PASS_PANES
-    h.nearer = h.nearer && !(mirrored && !one_sided);
-#endif
-#if HALFLIGHT_BACKFACES
-    // The places of a pair's second triangle follow its edge functions; those of the first one are the other way round.
-    bool in_file_order = ((kBvhEvenOrders >> (order & 15u)) & 1u) != 0u;
-    bool back = one_sided && meets_back(ray, edges_of(pair, second), (in_file_order == second) == mirrored);
-    h.nearer = h.nearer && !(back && (HALFLIGHT_BACKFACES == kEveryRay || t_min > 0.0));
-#endif
+    PairFlags flags = pair_flags(pair_index, words, second);
+    uvec2 ids = flags.ids;
+    h.alpha_tested = flags.alpha_tested;
+    if (kPassesPanes) h.nearer = h.nearer && !(flags.mirrored && !flags.one_sided);
+    if (kPassesBacks) {
+        // The places of a pair's second triangle follow its edge functions; those of the first one are the other way
+        // round.
+        bool in_file_order = ((kBvhEvenOrders >> (flags.order & 15u)) & 1u) != 0u;
+        bool back = flags.one_sided && meets_back(ray, edges_of(pair, second), (in_file_order == second) == flags.mirrored);
+        h.nearer = h.nearer && !(back && (HALFLIGHT_BACKFACES == kEveryRay || t_min > 0.0));
+    }
     uint id = second ? ids.y : ids.x;
     if (ids.x == ids.y) h.next = (place | 1) + 1;  // the pair has a single triangle
-    TrianglePoint p = pair_point_in_file_order(ray, pair, second, order);
+    TrianglePoint p = pair_point_in_file_order(ray, pair, second, flags.order);
     h.hit = Hit(p.t, p.weights.y, p.weights.z, id & kBvhTriangleMask, instance);
     h.nearer = h.nearer && p.t > t_min;
-#if HALFLIGHT_CATCHERS_ONLY
-    h.nearer = h.nearer && catches_shadows(h.hit.triangle);
-#endif
+    if (kOnlyCatchers) h.nearer = h.nearer && catches_shadows(h.hit.triangle);
     if (any_hit) {
         h.nearer = h.nearer && max(pair_t(ray, pair, second), near) < nearest.t;
     } else {
@@ -193,14 +174,11 @@ void put_aside(BvhStep s, const int first, inout int entries, const bool any_hit
     }
 }
 
-#if HALFLIGHT_COUNT
 uint nodes_visited = 0u;  // inner nodes, with four boxes each
-#endif
 
-#if HALFLIGHT_NODES_PAGE
-// References to missing pages have the root of a subtree (engine/paging/page_pool.h). A ray has an order of subtrees:
-// by its entry, or 0 for any_hit, and then by root. Of the missing ones that a traversal meets, the first one is kept
-// that is not before `searched`.
+// References to missing pages have the root of a subtree (engine/paging/page_pool.h). A ray has an order of subtrees: by
+// its entry, or 0 for any_hit, and then by root. Of the missing ones that a traversal meets, the first one is kept that
+// is not before `searched`.
 uvec2 searched = uvec2(0u);  // entry and root; earlier traversals have searched all subtrees before it
 uvec2 first_missing = uvec2(uint(kBvhFar), kMiss);
 
@@ -210,11 +188,8 @@ void note_leaf(uint node, int near) {
     uvec2 subtree = uvec2(uint(near), node & kBvhPageIndexMask);
     bool missing = node >= kBvhPageMissing && node < kBvhPageNoPlace;
     if (missing && is_before(subtree, first_missing) && !is_before(subtree, searched)) first_missing = subtree;
-#if HALFLIGHT_TOUCH
-    if (places_in(node) > 0) touched_slots[(node & kBvhPageIndexMask) / uint(HALFLIGHT_SLOT_TEXELS)] = 1u;
-#endif
+    if (kNotesSlots && places_in(node) > 0) touched_slots[(node & kBvhPageIndexMask) / uint(kSlotTexels)] = 1u;
 }
-#endif
 
 // Returns a miss. It is no constant, because compilers differ in whether intBitsToFloat() is one.
 Hit no_hit() { return Hit(intBitsToFloat(kBvhFar), 0.0, 0.0, kMiss, kMiss); }
@@ -222,8 +197,8 @@ Hit no_hit() { return Hit(intBitsToFloat(kBvhFar), 0.0, 0.0, kMiss, kMiss); }
 // Returns the nearest hit among the subtrees of the lowest `entries` of the stack, and `known`, an earlier hit or
 // no_hit().
 // - any_hit (a constant): stops at the first hit found, of which only `triangle != kMiss` is valid.
-// - t is NaN if the driver ended the traversal early.
-// - alpha_key: ray_key() of shaders/lib/hash.glsl; unused without HALFLIGHT_ALPHA.
+// - t is NaN where the driver ended the traversal early.
+// - alpha_key: ray_key() of shaders/lib/hash.glsl; unused without kAlpha.
 //
 // Software drivers execute both sides of a branch, and the body of a loop once before they detect that no invocation
 // needs it. Therefore loops are tested at their end, and rare work is in the outermost loop, where rays wait for each
@@ -239,7 +214,7 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
         near = stack_near[entries];
     }
 
-    BvhHead head = bvh_head(TRAVERSAL_HEAD);
+    BvhHead head = bvh_head(kPageNodes ? top : 0u);
     BoxRay box = box_ray(ray.origin, ray.direction, head.base, head.cell, head.slack);
     TriangleRay sheared = triangle_ray(ray.origin, ray.direction);
     EntryRay entry = entry_ray(sheared, ray.direction, position_error(ray.origin, head.base, head.cell, head.slack));
@@ -247,23 +222,17 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
     bool found = known.triangle != kMiss;
     Hit nearest = known;
     if (!found) nearest = Hit(ray.t_max, 0.0, 0.0, 0u, 0u);  // loses no tie at t_max
-#if HALFLIGHT_ALPHA
     Hit asked = nearest;  // candidate, which becomes the nearest hit if its triangle covers it
     int asked_place = 0;
     bool asks = false;
     int done = 0;  // 1: the rest of a leaf starts with the second triangle of a pair
-#else
-    const bool asks = false;
-#endif
 
     do {
         do {
             do {
                 if (node < kStackLeaf) {
                     BvhStep s = bvh_step(box, node, ray.t_min, any_hit ? below_t_max : nearest.t);
-#if HALFLIGHT_COUNT
-                    ++nodes_visited;
-#endif
+                    if (kCountsNodes) ++nodes_visited;
                     put_aside(s, 1, entries, any_hit);
                     node = s.reference.x;
                     near = s.near.x;
@@ -278,25 +247,18 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
                 }
             } while (node < kStackLeaf);
 
-#if HALFLIGHT_NODES_PAGE
-            note_leaf(node, any_hit ? 0 : near);
-#endif
+            if (kPageNodes) note_leaf(node, any_hit ? 0 : near);
             int place = first_place(node);
             int end = place + places_in(node);
-#if HALFLIGHT_ALPHA
             place += done;
             done = 0;
-#endif
             float leaf_near = intBitsToFloat(max(near, instance_near));
             do {
                 if (place < end) {
                     PlaceHit hit = intersect_place(sheared, entry, place, instance, ray.t_min, leaf_near, nearest, any_hit);
-#if HALFLIGHT_ALPHA
                     int tested = place;
-#endif
                     place = hit.next;
-#if HALFLIGHT_ALPHA
-                    if (hit.nearer && hit.alpha_tested) {
+                    if (kAlpha && hit.nearer && hit.alpha_tested) {
                         asked = hit.hit;
                         asked_place = tested;
                         asks = true;
@@ -307,7 +269,6 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
                         hit.nearer = false;
                         place = end;
                     }
-#endif
                     if (hit.nearer) {
                         found = true;
                         if (any_hit) {
@@ -335,8 +296,7 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
             } while (popped);
         } while (node < kStackBeyond && !asks);
 
-#if HALFLIGHT_ALPHA
-        if (asks) {
+        if (kAlpha && asks) {
             asks = false;
             uint row = row_of(asked_place, asked.triangle);
             if (alpha_accept(triangle_id(asked.triangle), row, asked.instance, asked.u, asked.v, alpha_key)) {
@@ -345,9 +305,7 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
                 if (any_hit) node = kStackDone;
             }
         }
-#endif
-#if HALFLIGHT_TWO_LEVEL
-        if (node >= (kBvhTag | kBvhInstance) && node != kStackDone) {
+        if (kTwoLevel && node >= (kBvhTag | kBvhInstance) && node != kStackDone) {
             bool enters = node != kStackLeaveBlock;
             if (enters) instance = node & kBvhIndexMask;
             uint index = enters ? block_head(instance) : 0u;
@@ -366,7 +324,7 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
                 stack[entries] = kStackLeaveBlock;
                 stack_near[entries] = 0;
                 ++entries;
-                node = at_node ? start : BLOCK_ROOT(index);
+                node = at_node ? start : block_root(index);
             } else {
                 node = kStackDone;
                 if (entries > 0) {
@@ -376,7 +334,6 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
                 }
             }
         }
-#endif
     } while (node != kStackDone);
 
     // llvmpipe silently ends the loops of an invocation after 65535 iterations in total. Hits found by then are not a
@@ -388,7 +345,7 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
 
 // Returns the hit of a ray in the whole scene.
 Hit traverse(Ray ray, uint alpha_key, const bool any_hit) {
-    stack[0] = TRAVERSAL_ROOT;
+    stack[0] = top_root();
     stack_near[0] = floatBitsToInt(ray.t_min);
     return traverse_from(ray, ray.t_max >= ray.t_min ? 1 : 0, no_hit(), alpha_key, any_hit);
 }

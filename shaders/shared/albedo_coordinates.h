@@ -6,11 +6,6 @@
 
 HALFLIGHT_SHARED_BEGIN
 
-#ifdef __cplusplus
-using glm::clamp, glm::max, glm::mix;
-using std::abs, std::exp, std::pow, std::sqrt;
-#endif
-
 // texels along both edges of each part; the centres of the first and last are at 0 and 1
 HALFLIGHT_SHARED_CONST int kAlbedoTableSize = 128;
 HALFLIGHT_SHARED_CONST float kMirrorAlpha = 1e-4f;  // alpha below which lobes are perfect mirrors (SHADING.md)
@@ -20,21 +15,13 @@ HALFLIGHT_SHARED_CONST float kSheenHorizon = 0.01f;  // cosine below which the s
 
 // Returns coordinates in [0, 1]. x stretches the cosines around alpha, where the albedo of a smooth lobe dips; y is the
 // roughness, starting at that of kMirrorAlpha.
-#ifdef __cplusplus
-inline
-#endif
-    vec2
-    albedo_coordinates(float cosine, float alpha) {
+HALFLIGHT_SHARED_FUNCTION vec2 albedo_coordinates(float cosine, float alpha) {
     float knee = kAlbedoKnee * alpha;
     return vec2(sqrt(cosine * (1.0f + knee) / (cosine + knee)), (sqrt(alpha) - 0.01f) * (1.0f / 0.99f));
 }
 
 // Returns coordinates of the sheen, in [0, 1] for cosines in [0, 1] and roughnesses in [kLeastSheenRoughness, 1].
-#ifdef __cplusplus
-inline
-#endif
-    vec2
-    sheen_coordinates(float cosine, float roughness) {
+HALFLIGHT_SHARED_FUNCTION vec2 sheen_coordinates(float cosine, float roughness) {
     return vec2(sqrt(cosine), sqrt((roughness - kLeastSheenRoughness) * (1.0f / (1.0f - kLeastSheenRoughness))));
 }
 
@@ -88,11 +75,7 @@ HALFLIGHT_SHARED_CONST float kSolidReflectance = 0.92f;  // largest (eta - 1) / 
 
 // Returns coordinates of the solid transmission, in [0, 1]. Slices are dense around equal indices. eta: index of
 // refraction beyond the surface, relative to that on the side of the cosine.
-#ifdef __cplusplus
-inline
-#endif
-    vec3
-    solid_coordinates(float cosine, float alpha, float eta) {
+HALFLIGHT_SHARED_FUNCTION vec3 solid_coordinates(float cosine, float alpha, float eta) {
     float reflectance = (eta - 1.0f) / (eta + 1.0f) * (1.0f / kSolidReflectance);
     float root = sqrt(reflectance < 0.0f ? -reflectance : reflectance);
     root = root > 1.0f ? 1.0f : root;

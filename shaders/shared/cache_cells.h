@@ -44,8 +44,8 @@ HALFLIGHT_SHARED_CONST int kCacheCountWord = 1;
 HALFLIGHT_SHARED_CONST int kCacheLowWord = 3;
 HALFLIGHT_SHARED_CONST int kCacheHighWord = 6;
 
-// Bits of PathState::reuse in addition to kReusePoint and kReuseRest (reuse_groups.h), where cells take the place of the
-// group. This bit: the path takes its share from a cell.
+// Bits of PathState::reuse in addition to kReusePoint and kReuseRest (reuse_groups.h), where cells take the place of
+// the group. This bit: the path takes its share from a cell.
 HALFLIGHT_SHARED_CONST uint kReuseCell = 4u;
 
 // The second vertex of a path, at the path's index.

@@ -1,8 +1,8 @@
 // Constants of one sample of one band. Uniform block FrameBlock; the layout is the same in std140 and std430.
 #pragma once
 
-#include "shaders/shared/ray_projections.h"
 #include "shaders/shared/portable.h"
+#include "shaders/shared/ray_projections.h"
 
 HALFLIGHT_SHARED_BEGIN
 

@@ -73,8 +73,8 @@ HALFLIGHT_SHARED_FUNCTION double joint_determinant(JointMatrix m, dvec3 x) {
     dvec4 a = abs(m.x);
     dvec4 b = abs(m.y);
     dvec4 c = abs(m.z);
-    HALFLIGHT_SHARED_PRECISE double terms = a.x * (b.y * c.z + b.z * c.y) + a.y * (b.z * c.x + b.x * c.z) +
-                                            a.z * (b.x * c.y + b.y * c.x);
+    HALFLIGHT_SHARED_PRECISE double terms =
+        a.x * (b.y * c.z + b.z * c.y) + a.y * (b.z * c.x + b.x * c.z) + a.z * (b.x * c.y + b.y * c.x);
     HALFLIGHT_SHARED_PRECISE double least = kLeastDeterminant * terms;
     HALFLIGHT_SHARED_PRECISE double determinant = m.x.x * x.x + m.x.y * x.y + m.x.z * x.z;
     return determinant > least || determinant < -least ? determinant : 0.0;

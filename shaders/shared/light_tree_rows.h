@@ -29,17 +29,7 @@
 #include "shaders/shared/light.h"
 #include "shaders/shared/portable.h"
 
-#ifdef __cplusplus
-#include <cmath>
-#endif
-
 HALFLIGHT_SHARED_BEGIN
-
-#ifdef __cplusplus
-using glm::uintBitsToFloat;
-using std::abs;
-using std::sqrt;
-#endif
 
 HALFLIGHT_SHARED_CONST int kLightTreeHeaderTexels = 4;
 HALFLIGHT_SHARED_CONST int kLightTreeWidth = 4;

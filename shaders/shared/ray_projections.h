@@ -7,10 +7,6 @@
 
 HALFLIGHT_SHARED_BEGIN
 
-#ifdef __cplusplus
-using glm::abs, glm::cos, glm::dot, glm::length, glm::max, glm::min, glm::round, glm::sin, glm::sqrt;
-#endif
-
 // Values of Optics::projection.
 HALFLIGHT_SHARED_CONST uint kPerspective = 0u;
 HALFLIGHT_SHARED_CONST uint kPanorama = 1u;

@@ -43,7 +43,7 @@ struct ReusePoint {
     float reserved0;
     vec3 pending;  // additional radiance if the last light sample is visible
     float reserved1;
-#if HALFLIGHT_LAYER_ROWS             // C++ and kernels without the scene's defines do not read layers
+#if HALFLIGHT_LAYER_ROWS                // C++ and kernels without the scene's defines do not read layers
     vec4 layers[HALFLIGHT_LAYER_ROWS];  // pack_layers() in shaders/lib/layers.glsl
 #endif
 };

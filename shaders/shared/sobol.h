@@ -6,24 +6,7 @@
 #include "shaders/shared/pixel_order.h"
 #include "shaders/shared/portable.h"
 
-#ifdef __cplusplus
-#include <bit>
-#endif
-
 HALFLIGHT_SHARED_BEGIN
-
-#ifdef __cplusplus
-inline uint bitfieldReverse(uint v) {
-    v = (v >> 16) | (v << 16);
-    v = ((v >> 8) & 0x00ff00ffu) | ((v & 0x00ff00ffu) << 8);
-    v = ((v >> 4) & 0x0f0f0f0fu) | ((v & 0x0f0f0f0fu) << 4);
-    v = ((v >> 2) & 0x33333333u) | ((v & 0x33333333u) << 2);
-    return ((v >> 1) & 0x55555555u) | ((v & 0x55555555u) << 1);
-}
-inline int findMSB(uint v) {
-    return std::bit_width(v) - 1;
-}
-#endif
 
 // Returns a well-mixing permutation of 32-bit words (Wellons 2018, "Prospecting for Hash Functions", lowbias32).
 HALFLIGHT_SHARED_FUNCTION uint hash_u32(uint v) {

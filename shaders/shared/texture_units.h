@@ -8,7 +8,7 @@ HALFLIGHT_SHARED_BEGIN
 
 // The textures are texture buffers, for a reason that docs/measuring.md gives (start-up on llvmpipe). Unit 0 stays
 // free: samplers without a layout unit read it.
-HALFLIGHT_SHARED_CONST int kUnitNodes = 1;  // RGBA32UI or RGBA32F: BVH4 nodes of all blocks and of the top level
+HALFLIGHT_SHARED_CONST int kUnitNodes = 1;             // RGBA32UI: BVH4 nodes of all blocks and of the top level
 HALFLIGHT_SHARED_CONST int kUnitTriangleVertices = 2;  // RGBA32F: pairs of triangles; RGB32F: vertices of pages
 HALFLIGHT_SHARED_CONST int kUnitBlockHeads = 3;        // R32UI: node index of the head of each instance's block
 HALFLIGHT_SHARED_CONST int kUnitInstances = 4;         // RGBA32F: BlockInstance rows

@@ -7,8 +7,8 @@
 //   then          entries: leaves from the first place on, others from the last place back. Lists for closest hits are
 //                 sorted front to back, those for any hits are not sorted.
 //
-// An entry is a box with a word, which is a reference of shaders/shared/bvh_nodes.h. Other entries than leaves are nodes to
-// continue from, or instances.
+// An entry is a box with a word, which is a reference of shaders/shared/bvh_nodes.h. Other entries than leaves are
+// nodes to continue from, or instances.
 //   grid format   (lower | upper << 16 per axis, word), one texel
 //   float format  (lower, word), (upper, unused), two texels
 //
@@ -30,10 +30,6 @@ HALFLIGHT_SHARED_CONST int kTileFloatBoxTexels = 2;  // texels of a box in the f
 HALFLIGHT_SHARED_CONST int kTileBoxes = 1;           // number of boxes of an entry
 HALFLIGHT_SHARED_CONST int kTileInstanceBoxes = 3;   // number of boxes of an entry with instances
 HALFLIGHT_SHARED_CONST uint kNoInstance = 0xffffffffu;
-#ifndef __cplusplus
-const int kTileRays = HALFLIGHT_TILE_RAYS;        // consecutive slots that share a list
-const int kTileEntries = HALFLIGHT_TILE_ENTRIES;  // maximum number of entries of a list
-#endif
 
 // Leaves that have ended shadow rays of a tile; they are tested first. Wrong ones only cost time.
 struct TileBlockers {

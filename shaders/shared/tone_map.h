@@ -6,16 +6,12 @@
 
 HALFLIGHT_SHARED_BEGIN
 
-#ifdef __cplusplus
-using glm::abs, glm::clamp, glm::log2, glm::max, glm::min, glm::mix, glm::pow;
-#endif
-
 // Returns Khronos PBR Neutral (PBR_Neutral/README.md in github.com/KhronosGroup/ToneMapping), whose names these are. It
 // is made for colours >= 0; negative channels become 0.
 HALFLIGHT_SHARED_FUNCTION vec3 pbr_neutral(vec3 colour) {
-    float f90 = 0.04f;      // reflectance of dielectrics at normal incidence
-    float ks = 0.8f - f90;  // peak where compression starts
-    float kd = 0.15f;       // speed of desaturation
+    float f90 = 0.04f;                                   // reflectance of dielectrics at normal incidence
+    float ks = 0.8f - f90;                               // peak where compression starts
+    float kd = 0.15f;                                    // speed of desaturation
     colour = clamp(colour, vec3(0.0f), vec3(65504.0f));  // a look may give infinities
     float x = min(min(colour.x, colour.y), colour.z);
     colour -= x <= 2.0f * f90 ? x - x * x / (4.0f * f90) : f90;

@@ -23,7 +23,7 @@ BATCH = 40  # sources that one process compiles: it prepares the built-in functi
 # Commands in an order that makes every kernel, run where one of the kernels that only they make is missing. {P} is the
 # program, {S} the folder of scenes, {T} that of tests.
 MAKERS = [
-    (["cull.comp", "trace_tiles.comp"], "{P} render {S}/cornell.glb a.exr --width 32 --samples 2 --culling compute"),
+    (["cull.comp", "trace_tiles.comp", "trace_rest.comp"], "{P} render {S}/cornell.glb a.exr --width 32 --samples 2 --culling compute"),
     (["raster_trace.frag", "reuse_gather.comp", "half_blend.comp"],
      "{P} render {S}/cornell.glb b.exr --width 32 --samples 2 --culling raster --estimator reuse=16 --denoise"),
     (["gbuffer.frag", "aov.comp"],

@@ -3,19 +3,15 @@
 // Laine 2009). Triangles are intersected by the method of Moeller and Trumbore 1997. Like most such tracers it is
 // neither watertight nor written for software drivers.
 //
-// Variants:
-//   HALFLIGHT_ANY_HIT
-//   HALFLIGHT_TWO_LEVEL  the root belongs to a tree over instances, each of which names the root of its block
-//   HALFLIGHT_LIST       traces the rays of a list of paths
-//   HALFLIGHT_ALPHA      alpha tests, together with the scene's other defines
-#include "shaders/shared/ray_structs.h"
-#if HALFLIGHT_ALPHA
+// HALFLIGHT_TWO_LEVEL: the root belongs to a tree over instances, each of which names the root of its block.
+#include "shaders/shared/frame_block.h"
 #include "shaders/geometry_tables.glsl"
 #include "shaders/scene_tables.glsl"
-#include "shaders/shared/frame_block.h"
 #include "shaders/lib/alpha.glsl"
 #include "shaders/lib/alpha_key.glsl"
-#endif
+#include "shaders/lib/batch_answers.glsl"
+#include "shaders/lib/batch_paths.glsl"
+#include "shaders/lib/node_format.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -45,23 +41,9 @@ layout(std430) readonly buffer Nodes { Node nodes[]; };
 layout(std430) readonly buffer Triangles { Triangle triangles[]; };
 layout(std430) readonly buffer Instances { Instance instances[]; };
 layout(std430) readonly buffer Rays { Ray rays[]; };
-#if HALFLIGHT_ANY_HIT
-layout(std430) writeonly buffer Occluded { uint occluded[]; };
-#else
-layout(std430) writeonly buffer Hits { Hit hits[]; };
-#endif
-
-#if HALFLIGHT_LIST
-layout(std430) readonly buffer List { uint list[]; };
-layout(std430) readonly buffer Header { ListHeader header; };
-#endif
-#if HALFLIGHT_ALPHA
-layout(std140) uniform FrameBlock { Frame frame; };
+OPTIONAL(HALFLIGHT_ALPHA) layout(std140) uniform FrameBlock { Frame frame; };
 uniform uint alpha_salt;
-#endif
-
 uniform uint root;
-uniform uint ray_count;
 
 #define INFINITE uintBitsToFloat(0x7f800000u)  // no constant: compilers differ in whether this is one
 const uint kLeaveBlock = 0xffffffffu;
@@ -78,23 +60,16 @@ float enter_box(vec3 origin, vec3 inverse, uint node, float t_min, float t_max) 
 }
 
 void main() {
-    uint index = gl_GlobalInvocationID.x;
-#if HALFLIGHT_LIST
-    if (index >= header.count) return;
-    index = list[index];
-#else
-    if (index >= ray_count) return;
-#endif
+    uint entry = gl_GlobalInvocationID.x;
+    if (entry >= entry_count()) return;
+    uint index = path_of(entry);
     Ray ray = rays[index];
     Hit hit = Hit(ray.t_max, 0.0, 0.0, kMiss, kMiss);
     vec3 origin = ray.origin;
     vec3 direction = ray.direction;
     vec3 inverse = 1.0 / direction;
     uint instance = 0u;
-    bool in_block = true;
-#if HALFLIGHT_TWO_LEVEL
-    in_block = false;
-#endif
+    bool in_block = !kTwoLevel;
 
     uint stack[64];
     int size = 0;
@@ -102,16 +77,13 @@ void main() {
     bool running = ray.t_max >= ray.t_min;
     while (running) {
         bool pop = false;
-#if HALFLIGHT_TWO_LEVEL
-        if (node == kLeaveBlock) {
+        if (kTwoLevel && node == kLeaveBlock) {
             in_block = false;
             origin = ray.origin;
             direction = ray.direction;
             inverse = 1.0 / direction;
             pop = true;
-        } else
-#endif
-        if (nodes[node].count == 0u) {
+        } else if (nodes[node].count == 0u) {
             uint near = nodes[node].first;
             uint far = near + 1u;
             float near_t = enter_box(origin, inverse, near, ray.t_min, hit.t);
@@ -130,8 +102,7 @@ void main() {
             } else {
                 pop = true;
             }
-#if HALFLIGHT_TWO_LEVEL
-        } else if (!in_block) {
+        } else if (kTwoLevel && !in_block) {
             instance = nodes[node].first;
             Instance i = instances[instance];
             origin = vec3(dot(i.rows[0], vec4(ray.origin, 1.0)), dot(i.rows[1], vec4(ray.origin, 1.0)),
@@ -142,7 +113,6 @@ void main() {
             in_block = true;
             stack[size++] = kLeaveBlock;
             node = i.root;
-#endif
         } else {
             uint first = nodes[node].first;
             uint end = first + nodes[node].count;
@@ -157,19 +127,15 @@ void main() {
                 float v = dot(direction, q) * inverse_determinant;
                 float t = dot(edge2, q) * inverse_determinant;
                 bool nearer = u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t > ray.t_min && t < hit.t;
-#if HALFLIGHT_ALPHA
-                if (nearer && triangles[k].alpha_tested != 0u) {
+                if (HALFLIGHT_ALPHA != 0 && nearer && triangles[k].alpha_tested != 0u) {
                     uint key = alpha_key_of_path(frame, index, alpha_salt);
-                    nearer = alpha_accept(triangles[k].id, instance, u, v, key);
+                    nearer = alpha_accept(triangles[k].id, triangles[k].id, instance, u, v, key);
                 }
-#endif
                 if (nearer) hit = Hit(t, u, v, triangles[k].id, instance);
             }
             pop = true;
         }
-#if HALFLIGHT_ANY_HIT
-        if (hit.triangle != kMiss) running = false;
-#endif
+        if (kAnyHit && hit.triangle != kMiss) running = false;
         if (pop) {
             if (size > 0) {
                 node = stack[--size];
@@ -178,10 +144,6 @@ void main() {
             }
         }
     }
-#if HALFLIGHT_ANY_HIT
-    occluded[index] = hit.triangle == kMiss ? kFree : kOccluded;
-#else
     if (hit.triangle == kMiss) hit.t = INFINITE;
-    hits[index] = hit;
-#endif
+    store_answer(index, hit);
 }

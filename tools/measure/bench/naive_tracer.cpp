@@ -213,7 +213,7 @@ const gpu::Program& NaiveTracer::bound(gpu::ProgramCache& programs, gpu::Defines
 void NaiveTracer::trace(gpu::ProgramCache& programs, const gpu::Buffer& rays, std::uint32_t count, bool any_hit,
                         gpu::Buffer& results) const {
     const gpu::Program& program = bound(programs, {}, rays, any_hit, results);
-    program.set("ray_count", count);
+    program.set("capacity", count);
     program.dispatch((count + 63) / 64);
 }
 
@@ -236,7 +236,7 @@ graph::BufferHandle NaiveTracer::add(graph::Graph& graph, const rays::TraceScene
             program.bind_storage("Header", r.buffer(batch.list_header));
             program.dispatch_indirect(r.buffer(batch.list_header), (batch.capacity + 63) / 64);
         } else {
-            program.set("ray_count", batch.capacity);
+            program.set("capacity", batch.capacity);
             program.dispatch((batch.capacity + 63) / 64);
         }
     });
