@@ -30,8 +30,8 @@ Coverage coverage_at(uint row, float u, float v) {
 }
 
 // Returns whether a ray that meets the triangle at barycentrics (u, v) hits it, independently of earlier hits. `key`:
-// ray_key(). Opaque triangles accept all rays. Blend accepts u < alpha, u in [0, 1): alpha 1 always, 0 never. `row`: the
-// triangle's place in the tables; in scenes that are loaded in pages they hold few triangles.
+// ray_key(). Opaque triangles accept all rays. Blend accepts u < alpha, u in [0, 1): alpha 1 always, 0 never. `row`:
+// the triangle's place in the tables; in scenes that are loaded in pages they hold few triangles.
 bool alpha_accept(uint triangle, uint row, uint instance, float u, float v, uint key) {
     if (!kAlpha) return true;
     Coverage c = coverage_at(row, u, v);

@@ -38,7 +38,7 @@ vec3 reflectance(Bsdf b, vec3 wo) {
     return sum;
 }
 
-// Returns the component that a uniform number selects; a constant where the scene has only one.
+// Returns the component that a uniform number selects; a constant if the scene has only one.
 bool picks_diffuse(Bsdf b, float choice) { return kDiffuse && (!kGlossy || choice < b.p_diffuse); }
 
 // Returns the probability of the specular lobe among the glossy lobes.

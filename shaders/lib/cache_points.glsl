@@ -1,5 +1,6 @@
 // Second vertices of paths, for the kernels that feed the radiance cache and those that read it. Include after the
-// blocks `points[]`, `occluded[]`, `sun_occluded[]` and `sun_light[]`; without HALFLIGHT_PENDING, only `points[]` is read.
+// blocks `points[]`, `occluded[]`, `sun_occluded[]` and `sun_light[]`; without HALFLIGHT_PENDING, only `points[]` is
+// read.
 #include "shaders/lib/occlusion.glsl"
 #include "shaders/lib/sun_light.glsl"
 #include "shaders/shared/path_state.h"

@@ -7,8 +7,8 @@
 const bool kEnvironment = HALFLIGHT_ENVIRONMENT != 0;
 const bool kEnvironmentMap = HALFLIGHT_ENVIRONMENT_MAP != 0;  // else, its radiance is uniform
 
-// Returns u = atan2(d.z, d.x) / 2pi + 0.5, v = acos(d.y) / pi. acos is computed by the arctangent, because it loses half
-// of its bits at the poles.
+// Returns u = atan2(d.z, d.x) / 2pi + 0.5, v = acos(d.y) / pi. acos is computed by the arctangent, because it loses
+// half of its bits at the poles.
 vec2 environment_uv(vec3 d) {
     float around = length(d.xz);
     float longitude = around > 0.0 ? arctangent(d.z, d.x) * 0.159154943092 : 0.0;

@@ -7,8 +7,8 @@ double so_far(double sum) { return frame.begins != 0u ? 0.0lf : sum; }
 
 uint how_many(bvec3 b) { return uint(b.x) + uint(b.y) + uint(b.z); }
 
-// Counts the bad values of v (NaN, infinite, below `least`) for the pass, and returns v with them replaced. `least` is 0
-// or -kLargestFloat.
+// Counts the bad values of v (NaN, infinite, below `least`) for the pass, and returns v with them replaced. `least` is
+// 0 or -kLargestFloat.
 vec3 guarded(vec3 v, float least, uint pass) {
     uvec3 magnitude = floatBitsToUint(v) & 0x7fffffffu;
     bvec3 infinite = equal(magnitude, uvec3(0x7f800000u));

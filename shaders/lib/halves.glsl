@@ -11,10 +11,10 @@ vec3 squarable(vec3 v) { return clamp(v, vec3(-kMostSquared), vec3(kMostSquared)
 
 float squarable_luminance(vec3 v) { return min(luminance_of(v), kMostSquared); }
 
-// Returns the terms of the share of a change that minimises the squared error of the mean. The first one is the product of
-// the change and the error, negated. The second one is the square of the change. The quotient of their means is the best
-// share. Each half serves as an estimate of the truth whose noise is independent of the other half. apart: second half
-// minus first half.
+// Returns the terms of the share of a change that minimises the squared error of the mean. The first one is the product
+// of the change and the error, negated. The second one is the square of the change. The quotient of their means is the
+// best share. Each half serves as an estimate of the truth whose noise is independent of the other half. apart: second
+// half minus first half.
 vec2 change_terms(vec3 change_first, vec3 change_second, vec3 apart, float share_first, float scale) {
     vec2 share = vec2(share_first, 1.0 - share_first);
     vec3 one = squarable(scale * change_first);

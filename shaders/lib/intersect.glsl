@@ -150,8 +150,8 @@ REAL3 arranged(REAL3 v, bvec3 is_second, bvec3 is_third) {
     return REAL3(first, is_second.x ? v.x : (is_second.y ? v.y : v.z), is_third.x ? v.x : (is_third.y ? v.y : v.z));
 }
 
-// Reorders corners and weights to file order; `order` (shaders/shared/bvh_nodes.h) holds their places. Coincident triangles
-// then have hits with equal t, bit for bit, whatever their partners in pairs are, and the lower id wins.
+// Reorders corners and weights to file order; `order` (shaders/shared/bvh_nodes.h) holds their places. Coincident
+// triangles then have hits with equal t, bit for bit, whatever their partners in pairs are, and the lower id wins.
 TrianglePoint pair_point_in_file_order(TriangleRay ray, PairEdges e, bool second, uint order) {
     uint at_second = order & 3u, at_third = (order >> 2) & 3u;
     REAL3 edges = edges_of(e, second);

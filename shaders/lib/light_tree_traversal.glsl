@@ -27,8 +27,8 @@ struct LightWalk {
 // Returns whether the second of two children is selected.
 //
 // A uniform number is reused: the rest of it after a decision, divided by the selected share, is uniform and still
-// stratified. It has 24 bits before and 24 fresh bits after its binary point. The smaller share is at its low end, where
-// all bits count, so that shares of 2^-40 are selected with the right frequency.
+// stratified. It has 24 bits before and 24 fresh bits after its binary point. The smaller share is at its low end,
+// where all bits count, so that shares of 2^-40 are selected with the right frequency.
 bool takes_second(inout LightWalk walk, float first, float second, bool guide) {
     const float kSteps = 16777216.0;
     precise float total = first + second;

@@ -19,7 +19,7 @@ struct LightSample {
     vec3 weight;     // radiance / pdf; delta lights: irradiance at normal incidence / probability. 0: no light arrives
     bool at_infinity;
     vec3 end;        // end of the shadow ray, on this side of the light's surface; unused at infinity
-    uint group;      // light group; any where no light arrives, or without groups
+    uint group;      // light group; any if no light arrives, or without groups
 };
 
 const bool kLights = HALFLIGHT_LIGHTS != 0;  // the selection has lights

@@ -192,8 +192,8 @@ vec3 film_reflectance(FilmWaves w, vec3 f0) {
 // --- Solid transmission
 // ------------------------------------------------------------------------------------------------
 
-// Returns the Fresnel reflectance of a dielectric for unpolarised light, 1 in total internal reflection. x: cosine of wo
-// with the microfacet's normal; eta: index of refraction beyond the surface over that on wo's side.
+// Returns the Fresnel reflectance of a dielectric for unpolarised light, 1 in total internal reflection. x: cosine of
+// wo with the microfacet's normal; eta: index of refraction beyond the surface over that on wo's side.
 float fresnel_dielectric(float x, float eta) {
     float square = ((eta - 1.0) * (eta + 1.0) + x * x) / (eta * eta);  // squared cosine of the refracted direction
     float refracted = sqrt(max(square, 0.0));

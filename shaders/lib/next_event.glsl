@@ -41,9 +41,9 @@ const uint kDimensionsPerLight = 0x10000u;
 // the environment, which walls hide from most of a room.
 const float kAnyLight = 0.075, kWithoutSky = 0.2;
 
-// Samples every light of the selection, and keeps one of the samples in proportion to the light that it would give if nothing were in
-// between (Talbot, Cline, Egbert 2005, Importance Resampling for Global Illumination: one candidate per light), mixed
-// with a uniform choice.
+// Samples every light of the selection, and keeps one of the samples in proportion to the light that it would give if
+// nothing were in between (Talbot, Cline, Egbert 2005, Importance Resampling for Global Illumination). There is one
+// candidate per light, and the choice is mixed with a uniform one.
 NextEvent sample_every_light(vec3 position, float offset, Bsdf b, vec3 wo, vec4 before, Sampler random, uint dimension,
                              uint count) {
     Receiver at = receiver_at(position, b.geometric_normal);

@@ -1,5 +1,5 @@
-// Reads the points that the paths of a group have found, and their light, as texels. The kernels that connect and gather
-// read each point 16 times.
+// Reads the points that the paths of a group have found, and their light, as texels. The kernels that connect and
+// gather read each point 16 times.
 #include "shaders/lib/group_rows.glsl"
 #include "shaders/lib/light_of_hit.glsl"
 #include "shaders/lib/occlusion.glsl"

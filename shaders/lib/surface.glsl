@@ -120,7 +120,7 @@ Surface surface_at(Hit hit, vec3 direction) {
         tangent = vec3(dot(m0.xyz, tangent), dot(m1.xyz, tangent), dot(m2.xyz, tangent));
         handedness *= dot(cross(m0.xyz, m1.xyz), m2.xyz) < 0.0 ? -1.0 : 1.0;
     }
-    // Where rounding loses the cross product of a sliver, any normal is valid; it faces the ray.
+    // If rounding loses the cross product of a sliver, any normal is valid; it faces the ray.
     float face_squared = dot(face, face);
     face = face_squared > 0.0 ? face * inversesqrt(face_squared) : -normalize(direction);
     s.geometric_normal = dot(face, direction) > 0.0 ? -face : face;

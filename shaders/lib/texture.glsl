@@ -56,7 +56,7 @@ ivec4 tiled_texels(int first_tile, ivec2 size, ivec2 rows, ivec2 columns, int sh
     uvec4 slots;
     for (int k = 0; k < 4; ++k) slots[k] = texelFetch(tile_slots, tiles[k]).x;
     if (kTileRequests) {
-        // The loop runs only where some tile is missing. A branch would not be skipped by software drivers.
+        // The loop runs only if some tile is missing. A branch would not be skipped by software drivers.
         bvec4 absent = equal(slots, uvec4(kBlankSlot));
         for (int k = tiles_wanted && any(absent) ? 0 : 4; k < 4; ++k)
             if (absent[k]) request_tile(tiles[k]);

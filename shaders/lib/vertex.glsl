@@ -23,7 +23,7 @@ vec4 interpolate_uvs(uvec3 corners, vec3 weights) {
                 interpolate_row(corners, weights, kVertexUvTexel).xyz);
 }
 
-// Returns exactly the corners' colour where they are equal, because weights whose sum is not quite 1 must not turn
+// Returns exactly the corners' colour if they are equal, because weights whose sum is not quite 1 must not turn
 // white to grey.
 vec4 interpolate_color(uvec3 corners, vec3 weights) {
     const int texel = HALFLIGHT_VERTEX_STRIDE - 1;

@@ -4,7 +4,7 @@
 Links and anchors lead somewhere; README.md leads to every document; every picture is used, and all of them have at most
 2 MB. Files and folders that are named exist; CI runs the set-up. gltf.md lists the extensions of the loader, and each
 extension of materials has a scene for its picture. The drawing of the rooms is current. tools/slurm/submit knows the
-settings on which memory depends.
+settings on which memory depends. A block after "From `FILE`:" stands in FILE; "// ..." in it stands for other lines.
 """
 import pathlib
 import re
@@ -49,6 +49,9 @@ def check(root):
         for path in re.findall(rf"(?<![\w/.-])((?:{'|'.join(FOLDERS)})/[\w./-]*\w)", text):
             if not (root / path).exists() and not re.search(r"grey\.|/[A-Z]+$", path):  # names of the tutorial
                 yield f"{name}: {path} does not exist"
+        for path, code in re.findall(r"^From `([^`]+)`:\n\n```\w+\n(.*?)^```$", text, re.M | re.S):
+            if not all(part in (root / path).read_text() for part in re.split(r"^ *// \.\.\.\n", code, flags=re.M)):
+                yield f"{name}: {path} does not have the lines that are quoted from it"
     ci = (root / ".ci/run").read_text()
     for block in re.findall(r"^```console\n(.*?)^```$", (root / "README.md").read_text(), re.M | re.S):
         for line in block.splitlines():
