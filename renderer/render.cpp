@@ -98,12 +98,10 @@ RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback
 RenderResult Renderer::render(const FrameSettings& wanted, const PictureInputs& inputs,
                               const ProgressCallback& progress) {
     state().scene.check_usable();
-    check_settings(state().settings, wanted, inputs.checkpoint != nullptr);
-    if (state().scene.tables().catchers && (state().settings.adaptive || wanted.error))
-        throw Error(
-            "render settings",
-            "shadow catchers cannot be combined with adaptive sampling or an error target, which do not measure "
-            "the noise of shadows");
+    check_settings(state().settings, wanted,
+                   {.shutter = bool(inputs.pose),
+                    .checkpoint = inputs.checkpoint != nullptr,
+                    .catchers = state().scene.tables().catchers});
     const Stopwatch watch;
     follow_camera(wanted.camera);
     State& s = state();

@@ -34,8 +34,7 @@ const char* name(ShutterPosition position);
 ShutterPosition parse_shutter_position(const std::string& subject, const std::string& text);
 
 /// Motion blur: the shutter is open around the time of each frame, and each sample has a time in it. A camera that
-/// jumps (LoadedScene::shot()) shows the shot of the frame's own time alone. Motion blur cannot be combined with the
-/// preview modes cache and temporal, which have the light and the surfaces of one time.
+/// jumps (LoadedScene::shot()) shows the shot of the frame's own time alone.
 struct Shutter {
     double open = 0;             // opening time in frames, [0, kMostShutter]; 0: no motion blur
     std::optional<int> times{};  // number of poses in the opening time, >= 1; none: chosen by shutter_times()
@@ -69,9 +68,7 @@ struct DeformCounts {
 /// Makes the ray server of a prepared scene (api/halflight/ray_server.h). Both outlive the renderer's pictures.
 using RayServerFactory = std::function<std::shared_ptr<rays::BatchServer>(const rays::TraceScene& scene)>;
 
-/// Checkpoints of a picture (renderer/checkpoint.h). They cannot be combined with adaptive sampling up to an error
-/// target, or the preview modes cache and temporal. That of a single picture cannot be combined with frames that are
-/// denoised with their neighbours.
+/// Checkpoints of a picture (renderer/checkpoint.h).
 struct CheckpointOptions {
     std::filesystem::path folder;  // folder of the checkpoint, which holds nothing else
     double interval = 60;          // seconds between two saves, > 0
@@ -124,8 +121,8 @@ void note_exposure(const ViewTransform& requested, const RenderSettings& used, c
 /// one thread at a time. Makes its context current on the calling thread.
 class FrameRenderer {
   public:
-    /// The scene must outlive the renderer. Throws Error where there is no such device; settings are checked by the
-    /// first picture.
+    /// The scene must outlive the renderer. Throws Error where there is no such device, and for settings that
+    /// cannot be combined (engine/settings/constraints.h); the first picture checks the rest.
     FrameRenderer(LoadedScene& scene, RenderSettings settings, RendererOptions options = {});
     FrameRenderer(FrameRenderer&&) noexcept;
     FrameRenderer& operator=(FrameRenderer&&) noexcept;

@@ -17,6 +17,7 @@
 #include "engine/gpu/program_binaries.h"
 #include "engine/io/exr.h"
 #include "engine/scene/material_lobes.h"
+#include "engine/settings/constraints.h"
 #include "renderer/film.h"
 #include "renderer/held_out.h"
 #include "renderer/noisy_frame.h"
@@ -154,6 +155,7 @@ struct FrameRenderer::State {
     std::map<std::uint32_t, Checkpoint> checkpoints;  // of frame_checkpoints, by frame
     std::string problem;                              // FrameRenderer::checkpoint_problem()
     int only_part = 0;                                // CheckpointOptions::part
+    const Occasion occasion;
     std::list<Checkpoint> merged;
     std::vector<const Checkpoint*> merged_in_order;
     std::uint32_t checkpoint_frame = 0;
@@ -168,7 +170,12 @@ struct FrameRenderer::State {
           asked_lens(settings.view.camera.lens),
           shutter(o.shutter),
           pictures(scene, settings, o, [this] { near_frames.clear(); }),
-          frame_checkpoints(o.frame_checkpoints) {
+          frame_checkpoints(o.frame_checkpoints),
+          occasion{.shutter = shutter.open > 0,
+                   .checkpoint = o.checkpoint || o.frame_checkpoints,
+                   .own_checkpoint = o.checkpoint.has_value(),
+                   .one_part = o.checkpoint && o.checkpoint->part > 0,
+                   .finished = true} {
         if (settings.texture_lod != scene.choice().mip_levels)
             throw Error("render settings", settings.texture_lod
                                                ? "texture-lod needs a scene that was loaded with mip levels"
@@ -255,9 +262,11 @@ struct FrameRenderer::State {
         };
         estimate_denoised_error(settings, result, render, progress);
     }
-    /// Throws Error where samples, filter and shutter do not fit together.
+    /// Throws Error for settings of a frame that cannot be combined with each other or with the shutter.
     void check(const FrameSettings& s) const {
-        if (settings.denoise && s.samples < 2) throw Error("samples", "denoising takes at least two samples");
+        RenderSettings all = settings;
+        static_cast<FrameSettings&>(all) = s;
+        check_constraints(all, occasion);
         if (!(shutter.open >= 0 && shutter.open <= kMostShutter))
             throw Error("shutter", "expects a number from 0 to {:g}, not {:g}", kMostShutter, shutter.open);
         if (!(shutter.ramp >= 0 && shutter.ramp <= 1))
@@ -266,14 +275,6 @@ struct FrameRenderer::State {
         if (shutter.times && (*shutter.times < 1 || *shutter.times > s.samples))
             throw Error("shutter times", "expects a number from 1 to {}, the number of samples, not {}", s.samples,
                         *shutter.times);
-        if (settings.preview.cache || settings.preview.temporal)
-            throw Error(
-                "shutter",
-                "motion blur cannot be combined with the preview modes cache and temporal, which have the light "
-                "and the surfaces of one time");
-    }
-    void check_apart(const char* what) const {
-        if (neighbour_frames(settings) > 0) throw Error(what, "cannot be combined with neighbouring frames");
     }
     /// Returns the text that tells the checkpoint of a part, or of all samples, from those of other pictures.
     std::string checkpoint_fingerprint(std::uint32_t number, int of_part) const {
@@ -308,7 +309,6 @@ struct FrameRenderer::State {
         return result;
     }
     void open_checkpoint(const CheckpointOptions& options) {
-        check_apart("checkpoint");
         if (options.part < 0 || options.part > settings.parts)
             throw Error("checkpoint", "there is no part {} of {}", options.part, settings.parts);
         only_part = options.part;
@@ -356,7 +356,6 @@ FrameRenderer::FrameRenderer(LoadedScene& scene, RenderSettings settings, Render
     : state_(std::make_unique<State>(scene, std::move(settings), options)) {
     state_->check(state_->settings);
     state_->set_frame(state_->settings.frame);
-    if (state_->settings.parts > 1) state_->check_apart("sample-parts");
     if (!options.merged.empty()) state_->open_merged(options.merged);
     if (options.checkpoint) state_->open_checkpoint(*options.checkpoint);
 }

@@ -13,6 +13,7 @@
 #include "engine/core/error.h"
 #include "engine/core/suggestion.h"
 #include "engine/io/files.h"
+#include "engine/settings/constraints.h"
 #include "engine/settings/settings_table.h"
 
 namespace halflight {
@@ -266,9 +267,10 @@ SavedSettings parse_settings(std::string_view text, const fs::path& path) {
     });
     for (const Setting& setting : known_settings())
         if (setting.saved) with(file, setting.name, [&](const Element& v) { read_setting(v, setting, s); });
-    if (s.settings.denoise && s.settings.preview.any())
-        file.find("denoise")->fail("excludes preview modes, and 'preview' is \"{}\"",
-                                   setting("preview").get(s.settings));
+    RenderSettings whole = s.settings;
+    whole.preview.temporal = false;  // single pictures leave it out
+    if (const Constraint* const row = broken_constraint(whole))
+        file.find(row->one.options[0] + 2)->fail("{}", row->text());
     with(file, "size", [&](const Element& v) { s.size = read_size(v); });
     with(file, "variant", [&](const Element& v) { s.variant = v.text(); });
     with(file, "line_width", [&](const Element& v) { s.line_width = v.number(kLineWidth); });

@@ -1,5 +1,6 @@
-// All settings of a renderer: its scene (SceneSettings), how the picture is made (FrameSettings, PictureSettings) and
-// how the work is scheduled, which never changes the picture (ScheduleSettings). No OpenGL is used.
+// All settings of a renderer (constraints.h says which cannot be combined): its scene (SceneSettings), how the picture
+// is made (FrameSettings, PictureSettings) and how the work is scheduled, which never changes the picture
+// (ScheduleSettings). No OpenGL is used.
 #pragma once
 
 #include <cstddef>
@@ -47,18 +48,17 @@ struct PictureSettings {
     // Lookups choose mip levels by the footprint of the ray (docs/textures.md), a bias that RenderStats names. The
     // scene must have been loaded with mip levels (GltfOptions::mip_levels).
     bool texture_lod = false;
-    // Filters noise out of the finished picture (passes/picture/denoiser.h), a bias that RenderStats names. Needs two
-    // samples. Layers and error targets refer to the mean of the samples. Preview modes exclude it.
+    // Filters noise out of the finished picture (passes/picture/denoiser.h), a bias that RenderStats names.
+    // Layers and error targets refer to the mean of the samples.
     bool denoise = false;
     // Number of frames before and after a frame that the denoiser uses, too; none: kDenoiseFrames in sequences, 0 in
     // single pictures and crops.
     std::optional<int> denoise_frames{};
     // Samples per pixel of each of two further pictures, from which the error of the denoised picture is estimated
-    // (renderer/held_out.h); 0: it is not. With `adaptive`, they need at least 16.
+    // (renderer/held_out.h); 0: it is not.
     int denoise_error = 0;
     // Gives blocks of pixels samples by their noise (passes/picture/adaptive.h). FrameSettings::samples is then the
-    // mean number. It changes no expectation. It needs at least 16 samples, and excludes preview modes and, without an
-    // error target, time limits. With an error target, the sums of all bands are kept in memory.
+    // mean number. It changes no expectation. With an error target, the sums of all bands are kept in memory.
     bool adaptive = false;
     std::vector<std::string> aovs;  // names of known_aovs(); Error for others
     bool half_color = false;        // colour layers as half floats; data stays float32
@@ -71,8 +71,7 @@ struct PictureSettings {
     PrimaryVisibility primary = PrimaryVisibility::automatic;  // method for camera rays
     // Ignored when renderers share a PreparedScene; its own estimator applies.
     Estimator estimator{};
-    // Preview modes, which are biases that RenderStats names. They exclude an error target. Layers are unbiased, except
-    // for the radiance cache.
+    // Preview modes, which are biases that RenderStats names. Layers are unbiased, except for the radiance cache.
     Preview preview{};
 };
 

@@ -1,5 +1,7 @@
 #include "engine/settings/settings_table.h"
 
+#include "engine/settings/constraints.h"
+
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -540,6 +542,12 @@ std::string settings_markdown() {
         text += fmt::format("| `{}` | {} | {} | {} | {} |\n", s.name, escaped(values), s.get({}), fmt::join(used, ", "),
                             s.help);
     }
+    text +=
+        "\n## Settings that cannot be combined\n\n"
+        "`engine/settings/constraints.cpp` has this table. *Mathematics*: the combination has no meaning. *Not built*: "
+        "it\n"
+        "has one, and the program lacks it.\n\n" +
+        constraints_markdown();
     text += "\n## Layers\n\n`--aov NAME,...` adds layers to an .exr.\n\n" + layers_markdown();
     return text;
 }

@@ -44,9 +44,9 @@ TEST(UsageErrors, NameTheFirstOption) {
         {"", "frobnicate | --frobnicate"},
         {"info", "--needs | --names | --check"},
         {"info --device", "--env 1,1,1 | --png | --variant red | --needs"},
-        {"info a.glb", R"(a.glb | --width 0 | --up 0,1,0 | --time | --shutter 101 | --sky 45,0 --env white |
+        {"info a.glb", R"(a.glb | --width 0 | --up 0,1,0 | --time | --shutter 101 | --env white --sky 45,0 |
                           --look-from 0,1,0 --look-at 0,1.0,0)"},
-        {"view a.glb", "--look-from 0,1,0 --look-at 0,1.0,0 | --sky 45,0 --env white | --size 640 | --frame 1"},
+        {"view a.glb", "--look-from 0,1,0 --look-at 0,1.0,0 | --env white --sky 45,0 | --size 640 | --frame 1"},
         {"merge a.glb o.exr", "--sample-parts 1 | --sample-parts 2 --checkpoint 1"},
         {"merge a.glb o.#.exr", "--frames 1 --sample-parts 2"},
         {"pack a.glb o.pages", "--json"},
@@ -61,16 +61,16 @@ TEST(UsageErrors, NameTheFirstOption) {
         {"render a.glb", "o.bmp | exr | x.jpeg2000"},
         {"render a.glb o.exr",
          R"(o.exr | ./o.exr | --frobnicate | --widht=16 | -f 4 | --size 16x16 | --exposure 1 | --width 0 | --seed -1 |
-            --samples | --samples 1 --samples 2 | --samples 15 --error 1 | --error 0 | --error-metric mse |
+            --samples | --samples 1 --samples 2 | --error 1 --samples 15 | --error 0 | --error-metric mse |
             --error-metric psnr --error 1 | --best-effort | --adaptive --time 1 | --adaptive --samples 15 |
             --denoise-error 8 --denoise --adaptive | --denoise --samples 1 | --denoise --preview cache |
             --denoise-frames 1 | --aov noisy,denoiser | --aov none,albedo | --aov albedo,smell | --bounces -1 |
             --filter sinc | --look-from 0,0,1 | --look-from 0,0 --look-at 0,0,0 | --look-from 0,0,nan --look-at 0,0,0 |
             --up 0,1,0 | --up 0,1,0 --look-from 0,5,0 --look-at 0,0,0 | --camera 0 --look-from 0,0,1 --look-at 0,0,0 |
-            --env-intensity -1 | --env-rotation left | --sky 45,0 --env white | --light sun |
+            --env-intensity -1 | --env-rotation left | --env white --sky 45,0 | --light sun |
             --material floor.rough=0.2 | --culling nonsense | --culling off --culling raster | --primary trace |
             --estimator light=tree | --estimator lights=bush | --estimator lights=tree --estimator lights=tree |
-            --preview fog | --preview temporal | --preview cache --error 0.1 | --quiet --verbose | --log-level debug |
+            --preview fog | --preview temporal | --error 0.1 --preview cache | --quiet --verbose | --log-level debug |
             --progress xml | --threads 0 | --threads 1025 | --threads all | --threads 1.5 | --texture-pool much |
             --projection cylinder | --fisheye-fov 361 | --fisheye-fov 90 --projection panorama | --stereo both |
             --eye-distance 1 | --convergence 1 | --width 33 --stereo side-by-side | --height 33 --stereo over-under |
@@ -90,14 +90,14 @@ TEST(UsageErrors, NameTheFirstOption) {
         {"render a.glb o.tif", "--tiff-type 12 | --working-space acescg | --exposure 1 --tiff-type float"},
         {"render a.glb --transparent", "o.jpg"},
         {"render a.glb --turntable 4", "o.exr"},
-        {"render a.glb f.#.exr", R"(--turntable 0 | --turntable 4 --frame 1 | --frames 2-1 |
-                                    --frames 1-2 --frame 1)"},
+        {"render a.glb f.#.exr", R"(--turntable 0 | --frame 1 --turntable 4 | --frames 2-1 |
+                                    --frame 1 --frames 1-2)"},
         {"render a.glb --frame 3", "f.%04d.exr"},
         {"render a.glb --frames 1-2", R"(f.exr | f.png g.#.exr | f.#.%d.exr | --aov depth --movie m.mp4 |
                                          --movie m.mp4 --part 1/2 | --movie m.mp4 --check)"},
         {"render a.glb --frames 1-2 --movie m.mp4", "--checkpoint 1"},
         {"render a.glb f.#.exr --frames 1-2",
-         "--part 4/3 | --check --overwrite | --preview temporal --part 1/2 | --preview cache --shutter 0.5"},
+         "--part 4/3 | --overwrite --check | --preview temporal --part 1/2 | --preview cache --shutter 0.5"},
     };
     for (const auto& [command, options] : tables) {
         std::istringstream cases(options);

@@ -27,7 +27,7 @@ void command_line(const std::vector<std::string>& words) {
     try {
         const Arguments arguments = parse_arguments(static_cast<int>(argv.size()) - 1, argv.data());
         const auto* render = std::get_if<RenderArguments>(&arguments);
-        if (render && (render->scene.empty() || render->outputs.empty())) throw Broken("nothing to render");
+        if (render && (render->choice.scene.empty() || render->outputs.empty())) throw Broken("nothing to render");
     } catch (const Error&) {
         // main() prints this error as one line.
     }

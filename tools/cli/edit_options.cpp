@@ -21,7 +21,7 @@ void add_edit_options(Options& options, ViewArguments& a) {
         options.repeated(name, metavar, help, [&a, name, add](const std::string& option, const std::string& text) {
             parsed(
                 [&](const std::string&, const std::string&) {
-                    add(a.edits, option, text);
+                    add(a.choice.edits, option, text);
                     return 0;
                 },
                 option, text);

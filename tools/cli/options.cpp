@@ -108,6 +108,12 @@ void Options::flag(const std::string& name, std::function<void()> set, const std
     app_.add_flag_callback(name, std::move(set), description)->group(group_);
 }
 
+void Options::alternatives(std::initializer_list<const char*> names) {
+    for (auto one = names.begin(); one != names.end(); ++one)
+        for (auto other = one + 1; other != names.end(); ++other)
+            app_.get_option(*one)->excludes(app_.get_option(*other));
+}
+
 void Options::setting(const Setting& s, RenderSettings& settings) {
     const std::string name = fmt::format("--{}", s.name);
     const auto set = [&s, &settings, name](const std::string& text) {
@@ -140,16 +146,17 @@ void add_camera_options(Options& options, ViewArguments& a) {
         "`inside` "
         "or `outside`. With `all`, `halflight render` makes a "
         "picture of each. The camera's name replaces {camera} in the file's name, or stands before its first dot",
-        [&](const auto&, const auto& text) { a.camera = text; });
+        [&](const auto&, const auto& text) { a.view.camera = text; });
     options.value("--look-from", "X,Y,Z", "position of a free camera, in metres",
-                  [&](const auto& name, const auto& text) { a.look_from = point(name, text); });
+                  [&](const auto& name, const auto& text) { a.view.look_from = point(name, text); });
     options.value("--look-at", "X,Y,Z", "point that the free camera looks at",
-                  [&](const auto& name, const auto& text) { a.look_at = point(name, text); });
+                  [&](const auto& name, const auto& text) { a.view.look_at = point(name, text); });
     options.value("--up", "X,Y,Z", "upward direction of the free camera (default 0,1,0)",
-                  [&](const auto& name, const auto& text) { a.up = point(name, text); });
+                  [&](const auto& name, const auto& text) { a.view.up = point(name, text); });
     options.value("--vfov", "DEGREES",
-                  fmt::format("vertical field of view of the free camera (default {})", a.vertical_fov),
-                  [&](const auto& name, const auto& text) { a.vertical_fov = real(name, text, 0.01, 179); });
+                  fmt::format("vertical field of view of the free camera (default {})", a.view.vertical_fov),
+                  [&](const auto& name, const auto& text) { a.view.vertical_fov = real(name, text, 0.01, 179); });
+    options.alternatives({"--camera", "--look-from"});
 }
 
 void add_environment_options(Options& options, SceneChoice& choice) {
@@ -176,10 +183,7 @@ void add_environment_options(Options& options, SceneChoice& choice) {
                       choice.edits.environment_intensity =
                           static_cast<float>(real(name, text, kEditFactor.lower, kEditFactor.upper));
                   });
-}
-
-void check_environment_options(const CLI::App& app) {
-    exclude(app, "--sky", "--env");
+    options.alternatives({"--sky", "--env"});
 }
 
 void add_variant_option(Options& options, std::string& variant) {
@@ -228,9 +232,9 @@ void add_page_options(Options& options, ViewArguments& a) {
                   [&](const auto& name, const auto& text) {
                       if (text.empty()) throw UsageError(name, "expects the name of a file, or none");
                       if (text == "none")
-                          a.in_memory = true;
+                          a.choice.in_memory = true;
                       else
-                          a.pages = text;
+                          a.choice.pages = text;
                   });
     options.value(
         "--page-pool", "SIZE",
@@ -243,10 +247,10 @@ void add_device_options(Options& options, ViewArguments& a) {
     options.value("--device", "NAME|N", "device to render on; `halflight info --device` lists devices",
                   [&](const auto&, const auto& text) { a.device = text; });
     options.flag("--gl-debug", a.gl_debug, "lets the driver check every call and explain its errors (slower)");
-    options.flag("--allow-outside", a.allow_outside, "allows the scene to name files outside its folder");
+    options.flag("--allow-outside", a.choice.allow_outside, "allows the scene to name files outside its folder");
     add_memory_option(options);
     add_threads_option(options);
-    add_log_options(options, a);
+    add_log_options(options, a.log);
 }
 
 void add_threads_option(Options& options) {
@@ -263,29 +267,49 @@ void add_log_options(Options& options, LogChoice& choice) {
                   [&](const auto& name, const auto& text) {
                       const auto level = log_level_named(text);
                       if (!level) throw UsageError(name, "expects error, warning, note or detail, not '{}'", text);
-                      choice.log_level = *level;
+                      choice.level = *level;
                   });
     options.flag(
-        "--quiet", [&] { choice.log_level = LogLevel::error; }, "prints errors only: --log-level error");
+        "--quiet", [&] { choice.level = LogLevel::error; }, "prints errors only: --log-level error");
     options.flag(
-        "--verbose", [&] { choice.log_level = LogLevel::detail; }, "prints details: --log-level detail");
+        "--verbose", [&] { choice.level = LogLevel::detail; }, "prints details: --log-level detail");
     options.path("--log", "FILE", "appends all messages to a file, with date and time, also those that are not printed",
-                 choice.log);
+                 choice.file);
+    options.alternatives({"--quiet", "--verbose", "--log-level"});
 }
 
-void check_log_options(const CLI::App& app) {
-    exclude(app, "--quiet", "--verbose");
-    exclude(app, "--quiet", "--log-level");
-    exclude(app, "--verbose", "--log-level");
+bool given(const CLI::App& app, const std::string& option) {
+    const CLI::Option* const known = app.get_option_no_throw(option);
+    return known && known->count() > 0;
 }
 
-void exclude(const CLI::App& app, const char* one, const char* other) {
-    if (app.count(one) > 0 && app.count(other) > 0) throw UsageError(one, "cannot be given together with {}", other);
+Occasion occasion_of(const RenderArguments& a) {
+    const bool one_part = a.part.of > 1, single = a.frames.empty();
+    return {.shutter = a.shutter.open > 0,
+            .checkpoint = a.checkpoint.has_value(),
+            .own_checkpoint = a.checkpoint && single,
+            .one_part = one_part && single,
+            .part_of_sequence = one_part && !single,
+            .light_groups = a.choice.edits.each_light || !a.choice.edits.light_groups.empty(),
+            .catchers = !a.choice.edits.catchers.empty(),
+            .finished = true};
+}
+
+void check_combinations(const CLI::App& app, const RenderSettings& settings, const Occasion& occasion,
+                        const std::filesystem::path& file) {
+    const Constraint* const row = broken_constraint(settings, occasion);
+    if (!row) return;
+    const auto is_given = [&](const char* option) { return given(app, option); };
+    const char *const one = row->one.option(is_given), *const other = row->other.option(is_given);
+    throw UsageError(one     ? one
+                     : other ? other
+                             : row->one.options[0],
+                     "{}{}", row->text(other ? other : row->other.options[0]),
+                     (one && other) || file.empty() ? "" : fmt::format("; {} holds settings, too", file.string()));
 }
 
 void check_camera_options(const CLI::App& app, const CameraChoice& choice) {
-    const auto given = [&](const char* option) { return app.count(option) > 0; };
-    exclude(app, "--camera", "--look-from");
+    const auto given = [&](const char* option) { return halflight::given(app, option); };
     if (given("--look-from") != given("--look-at"))
         throw UsageError("--look-from", "needs --look-at, and --look-at needs it");
     if (given("--look-from") && choice.look_from == choice.look_at)
@@ -303,10 +327,7 @@ void check_camera_options(const CLI::App& app, const CameraChoice& choice) {
 
 void check_optics_options(const CLI::App& app, const ViewArguments& a) {
     const Optics& optics = a.settings.optics;
-    const auto given = [&](const char* option) {
-        const CLI::Option* const known = app.get_option_no_throw(option);  // `info` has some of them
-        return known && known->count() > 0;
-    };
+    const auto given = [&](const char* option) { return halflight::given(app, option); };
     for (const char* option : {"--eye-distance", "--convergence"})
         if (given(option) && optics.stereo == Stereo::none) throw UsageError(option, "needs --stereo");
     if (given("--fisheye-fov") && !optics.is_fisheye())
@@ -333,6 +354,9 @@ UsageError usage_error(const CLI::ParseError& error, const std::string& command)
     const auto colon = text.find(": ");
     if (dynamic_cast<const CLI::RequiredError*>(&error))
         return UsageError(text.substr(0, text.find(' ')), "is missing; see {} --help", command);
+    const std::string excludes = " excludes ";
+    if (const auto at = text.find(excludes); dynamic_cast<const CLI::ExcludesError*>(&error))
+        return UsageError(text.substr(0, at), "cannot be given together with {}", text.substr(at + excludes.size()));
     if (colon == std::string::npos) return UsageError("arguments", text);
     if (dynamic_cast<const CLI::ArgumentMismatch*>(&error))
         return UsageError(text.substr(0, colon),

@@ -4,10 +4,12 @@
 #include <CLI/CLI.hpp>
 #include <charconv>
 #include <functional>
+#include <initializer_list>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "engine/settings/constraints.h"
 #include "engine/settings/settings_table.h"
 #include "tools/cli/picture_arguments.h"
 #include "tools/cli/threads.h"
@@ -73,6 +75,8 @@ class Options {
                       std::optional<std::filesystem::path>& target);
     void flag(const std::string& name, bool& target, const std::string& description);
     void flag(const std::string& name, std::function<void()> set, const std::string& description);
+    /// Declares that at most one of these options may be given.
+    void alternatives(std::initializer_list<const char*> names);
     /// Declares the option of a setting. `settings` holds its default, and its value after parsing.
     void setting(const Setting& setting, RenderSettings& settings);
     /// Declares the options of all settings of the current group for which wanted(setting) is true.
@@ -96,8 +100,6 @@ std::size_t size_of_text(const std::string& option, const std::string& text);
 void add_camera_options(Options& options, ViewArguments& arguments);
 /// Declares --env, --sky, --env-rotation and --env-intensity.
 void add_environment_options(Options& options, SceneChoice& choice);
-/// Throws UsageError for environment options that contradict each other.
-void check_environment_options(const CLI::App& app);
 /// Declares --light, --material, --node, --hide, --shadow-catcher and --light-group.
 void add_edit_options(Options& options, ViewArguments& arguments);
 /// Declares --variant.
@@ -112,8 +114,6 @@ void add_device_options(Options& options, ViewArguments& arguments);
 void add_threads_option(Options& options);
 /// Declares --log-level, --quiet, --verbose and --log.
 void add_log_options(Options& options, LogChoice& choice);
-/// Throws UsageError for options of messages that contradict each other.
-void check_log_options(const CLI::App& app);
 /// Declares --pages and --page-pool.
 void add_page_options(Options& options, ViewArguments& arguments);
 /// Declares --strict, for commands that write no picture of a scene.
@@ -128,10 +128,8 @@ void add_animation_options(Options& options, std::optional<std::string>& animati
 void add_shutter_option(Options& options, RenderArguments& arguments);
 /// Declares the options of sequences: frames, animation, shutter, movie, ...
 void add_sequence_options(Options& options, RenderArguments& arguments);
-/// Throws UsageError for options of sequences that contradict each other.
+/// Throws UsageError for options of sequences that do not fit together.
 void check_sequence_options(const CLI::App& app, const RenderArguments& arguments);
-/// Throws UsageError for options that --preview excludes.
-void check_preview_options(const CLI::App& app, const RenderArguments& arguments);
 /// Returns the output files of all frames; the unchanged outputs without --frames.
 std::vector<std::filesystem::path> output_files(const RenderArguments& arguments);
 
@@ -144,13 +142,18 @@ void use_settings(const CLI::App& app, RenderArguments& arguments);
 
 /// Declares all options of `halflight view`.
 void add_preview_options(CLI::App& app, PreviewArguments& arguments);
-void check_preview_options(const CLI::App& app, const PreviewArguments& arguments);
 /// Reads the file that settings are saved to, where it exists; options override it.
 void use_settings(const CLI::App& app, PreviewArguments& arguments);
 
-/// Throws UsageError where both options were given.
-void exclude(const CLI::App& app, const char* one, const char* other);
-/// Throws UsageError for camera options that contradict each other.
+/// Returns whether an option was given; false where the command lacks it.
+bool given(const CLI::App& app, const std::string& option);
+/// Returns the features of the arguments that are no settings.
+Occasion occasion_of(const RenderArguments& arguments);
+/// Throws UsageError for settings that cannot be combined (engine/settings/constraints.h), with the options that were
+/// given. file: settings file that holds the others; empty: none.
+void check_combinations(const CLI::App& app, const RenderSettings& settings, const Occasion& occasion,
+                        const std::filesystem::path& file);
+/// Throws UsageError for camera options that do not fit together.
 void check_camera_options(const CLI::App& app, const CameraChoice& choice);
 
 /// Throws UsageError for options of projection and eyes that do not fit together. Settings files must have been read.

@@ -32,32 +32,36 @@ struct EditOption {
 
 /// Decides which messages go where.
 struct LogChoice {
-    LogLevel log_level = LogLevel::note;       // messages on stderr
-    std::optional<std::filesystem::path> log;  // file to which all messages are appended
-    bool quiet() const { return log_level < LogLevel::note; }
+    LogLevel level = LogLevel::note;            // messages on stderr
+    std::optional<std::filesystem::path> file;  // file to which all messages are appended
+    bool quiet() const { return level < LogLevel::note; }
 };
 
 /// Arguments of every command that makes pictures of a scene. Ranges are checked, names of cameras are not.
-struct ViewArguments : SceneChoice, CameraChoice, LogChoice {
+struct ViewArguments {
+    SceneChoice choice;  // scene
+    CameraChoice view;   // camera
+    LogChoice log;
     /// Values of the options and files for the table of settings (engine/settings/settings_table.h). Camera and size
     /// are chosen later, from the scene and the members below.
     RenderSettings settings;
     std::optional<int> width;              // width of the picture, pixels; none: not given
     std::optional<int> height;             // height of the picture, pixels; none: not given
     int usual_width = 1280;                // width where neither is given, pixels
-    std::vector<EditOption> edit_options;  // options that are in `edits` already
+    std::vector<EditOption> edit_options;  // options that are in `choice.edits` already
 
     std::string device;
     bool gl_debug = false;
 };
 
 /// Arguments of `halflight render`; names of displays are not checked yet.
-struct RenderArguments : ViewArguments, OutputOptions {
+struct RenderArguments : ViewArguments {
     bool demo = false;                                   // the scene is demo_scene()
     bool needs_surfaces = false;                         // refuses scenes without surfaces
     std::optional<std::filesystem::path> settings_file;  // settings file, whose contents are in `settings` already
     // distinct pictures; names of sequences have placeholders; not empty without a movie
     std::vector<std::filesystem::path> outputs;
+    OutputOptions output;                        // what the pictures hold
     std::optional<std::filesystem::path> movie;  // movie of all frames, .mp4 or .mov
 
     std::vector<std::uint32_t> frames;  // frames of a sequence, in order; empty: one picture, of settings.frame

@@ -10,25 +10,9 @@ ivec2 parse_size(const std::string& subject, const std::string& text) {
             whole(subject, text.substr(x + 1), kMinWindow, kMaxWindow)};
 }
 
-void check_preview_options(const CLI::App& app, const RenderArguments& a) {
-    const Preview& preview = a.settings.preview;
-    if (!preview.any()) return;
-    exclude(app, "--preview", "--error");  // an error is known for the unbiased mean only
-    if ((preview.cache || preview.temporal) && app.count("--shutter") > 0)
-        throw UsageError("--preview",
-                         "the modes cache and temporal, which have the light of one time, exclude --shutter");
-    if (!preview.temporal) return;
-    if (a.frames.empty()) throw UsageError("--preview", "temporal reuses light of earlier frames and needs --frames");
-    exclude(app, "--preview", "--part");
-}
-
-void check_preview_options(const CLI::App& app, const PreviewArguments& a) {
-    if (app.count("--frame") > 0 && !a.animation) throw UsageError("--frame", "needs --animation");
-    if (a.settings.preview.any()) exclude(app, "--denoise", "--preview");
-}
-
 void add_preview_options(CLI::App& app, PreviewArguments& a) {
-    app.add_option("SCENE", a.scene, "glTF 2.0 scene, .gltf or .glb (default: one that is installed with the program)")
+    app.add_option("SCENE", a.choice.scene,
+                   "glTF 2.0 scene, .gltf or .glb (default: one that is installed with the program)")
         ->type_name("");
     a.width = 1280, a.height = 720;
     a.settings.preview = {.cache = true, .filter = true};
@@ -59,18 +43,18 @@ void add_preview_options(CLI::App& app, PreviewArguments& a) {
                  "settings file: read at the start if it exists, written by Ctrl-S (default: SCENE.glb.halflight.json)",
                  a.settings_file);
     options.group("Animation");
-    add_animation_options(options, a.animation, a.frame_rate, "none, the scene at rest");
+    add_animation_options(options, a.choice.animation, a.choice.frame_rate, "none, the scene at rest");
     options.setting(setting("frame"), a.settings);
     options.group("Light");
     options.settings(a.settings, &Setting::saved);
-    add_environment_options(options, a);
-    add_variant_option(options, a.variant);
-    add_line_width_option(options, a.line_width);
+    add_environment_options(options, a.choice);
+    add_variant_option(options, a.choice.variant);
+    add_line_width_option(options, a.choice.line_width);
     add_edit_options(options, a);
     add_view_options(options, a.ocio, a.settings);
     add_device_options(options, a);
     add_page_options(options, a);
-    add_strict_option(options, a);
+    add_strict_option(options, a.choice);
     options.settings(a.settings, &Setting::saved);
     options.flag("--no-shader-cache", a.no_shader_cache,
                  "neither reads nor writes compiled shaders in $XDG_CACHE_HOME/halflight/programs");
@@ -80,15 +64,16 @@ void add_preview_options(CLI::App& app, PreviewArguments& a) {
 
 void finish_preview_options(const CLI::App& app, PreviewArguments& a) {
     check_leftovers(app, "halflight view");
-    check_log_options(app);
-    if (a.scene.empty()) a.scene = demo_scene();
-    check_camera_options(app, a);
-    check_environment_options(app);
+    if (a.choice.scene.empty()) a.choice.scene = demo_scene();
+    check_camera_options(app, a.view);
     use_settings(app, a);
-    a.mip_levels = a.settings.texture_lod;
-    if (a.width && a.height) a.aspect = double(*a.width) / *a.height;
-    check_preview_options(app, a);
-    if (a.settings.denoise) a.settings.preview = {};
+    a.choice.mip_levels = a.settings.texture_lod;
+    if (a.width && a.height) a.view.aspect = double(*a.width) / *a.height;
+    if (given(app, "--frame") && !a.choice.animation) throw UsageError("--frame", "needs --animation");
+    if (a.settings.denoise && !given(app, "--preview")) a.settings.preview = {};
+    RenderSettings modes;  // the viewer says itself what else it cannot show
+    modes.denoise = a.settings.denoise, modes.preview = a.settings.preview;
+    check_combinations(app, modes, {}, "");
 }
 
 std::variant<Help, PreviewArguments> parse_view_arguments(int argc, const char* const* argv) {

@@ -13,20 +13,17 @@ void check_shutter(const CLI::App& app, const RenderArguments& a) {
     for (const char* option : {"--shutter-times", "--shutter-position", "--shutter-ramp"})
         if (app.count(option) > 0 && a.shutter.open == 0) throw UsageError(option, "needs --shutter");
     if (a.shutter.open == 0) return;
-    if (a.frames.empty() && !a.animation) throw UsageError("--shutter", "needs --frames or --animation");
+    if (a.frames.empty() && !a.choice.animation) throw UsageError("--shutter", "needs --frames or --animation");
     if (const int samples = a.settings.samples; a.shutter.times.value_or(1) > samples)
         throw UsageError("--shutter-times", "{} samples are too few for {} times", samples, *a.shutter.times);
 }
 
-void check_movie(const CLI::App& app, const RenderArguments& a) {
+void check_movie(const RenderArguments& a) {
     if (a.frames.empty()) throw UsageError("--movie", "needs --frames");
     if (!has_extension(*a.movie, "mp4") && !has_extension(*a.movie, "mov"))
         throw UsageError(a.movie->string(), "expects an .mp4 or a .mov");
     if (count_placeholders(*a.movie) > 0)
         throw UsageError(a.movie->string(), "has a placeholder for frame numbers, but a movie is one file");
-    // A run of all frames makes the movie from the .png files of the parts.
-    exclude(app, "--movie", "--part");
-    exclude(app, "--movie", "--check");
 }
 
 }  // namespace
@@ -56,10 +53,11 @@ void add_sequence_options(Options& options, RenderArguments& a) {
                   "frames to render: 1-240, 1-240x2, 1,5,9-12; outputs need a placeholder as in shot.####.exr or "
                   "shot.%04d.exr. Complete frames of the same settings are skipped",
                   [&](const auto& name, const auto& text) { a.frames = parsed(parse_frames, name, text); });
-    add_animation_options(options, a.animation, a.frame_rate, "all with --frames, else none, the scene at rest");
+    add_animation_options(options, a.choice.animation, a.choice.frame_rate,
+                          "all with --frames, else none, the scene at rest");
     options.value("--frame-offset", "N", "number of the frame at 0 s (default 0)",
                   [&](const auto& name, const auto& text) {
-                      a.frame_offset = static_cast<std::uint32_t>(whole(name, text, 0, 1000000000));
+                      a.choice.frame_offset = static_cast<std::uint32_t>(whole(name, text, 0, 1000000000));
                   });
     add_shutter_option(options, a);
     options.value(
@@ -80,7 +78,7 @@ void add_sequence_options(Options& options, RenderArguments& a) {
     options.value("--turntable", "FRAMES",
                   "turns the camera once about the scene's centre, or about --look-at, in so many frames; --frames is "
                   "then all of them by default",
-                  [&](const auto& name, const auto& text) { a.turntable = whole(name, text, 1, 1000000); });
+                  [&](const auto& name, const auto& text) { a.view.turntable = whole(name, text, 1, 1000000); });
     options.flag("--overwrite", a.overwrite,
                  "replaces frames, or a checkpoint, that were made with other settings or from another scene");
     options.value(
@@ -89,22 +87,19 @@ void add_sequence_options(Options& options, RenderArguments& a) {
         [&](const auto& name, const auto& text) { a.part = parsed(parse_part, name, text); });
     options.flag("--check", a.check,
                  "renders nothing; fails if a frame is missing, damaged or made with other settings");
-    options.flag("--reproducible", a.reproducible,
+    options.flag("--reproducible", a.output.reproducible,
                  "writes neither date nor render time into files, so that equal pictures are equal files");
 }
 
 void check_sequence_options(const CLI::App& app, const RenderArguments& a) {
     const bool sequence = !a.frames.empty();
-    exclude(app, "--frames", "--frame");
-    exclude(app, "--turntable", "--frame");
-    exclude(app, "--frames", "--dump-graph");
     if (app.count("--overwrite") > 0 && !sequence && !a.checkpoint && a.part.of == 1)
         throw UsageError("--overwrite", "needs --frames, --checkpoint or --part");
     if (app.count("--check") > 0 && !sequence) throw UsageError("--check", "needs --frames");
-    exclude(app, "--check", "--overwrite");
-    if (a.movie) check_movie(app, a);
+    if (a.movie) check_movie(a);
     check_shutter(app, a);
-    if (app.count("--fps") > 0 && !sequence && !a.animation) throw UsageError("--fps", "needs --frames or --animation");
+    if (app.count("--fps") > 0 && !sequence && !a.choice.animation)
+        throw UsageError("--fps", "needs --frames or --animation");
     for (const auto& path : a.outputs) {
         const int placeholders = count_placeholders(path);
         if (placeholders > 1) throw UsageError(path.string(), "has {} placeholders for the frame number", placeholders);

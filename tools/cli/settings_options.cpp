@@ -36,7 +36,7 @@ void take_size(const ivec2& size, const Given& given, bool own_aspect, ViewArgum
 
 /// Sets the aspect of the camera of a scene that has none: that of one eye's picture.
 void set_aspect(ViewArguments& a) {
-    if (a.width && a.height) a.aspect = eye_aspect(a.settings.optics, {*a.width, *a.height});
+    if (a.width && a.height) a.view.aspect = eye_aspect(a.settings.optics, {*a.width, *a.height});
 }
 
 /// Options that override a setting of the file, besides the setting's own option.
@@ -44,22 +44,32 @@ struct Override {
     std::string_view setting;
     const char* option;
 };
-constexpr Override kOverrides[] = {
-    {"display", "--view"},    {"view", "--display"},     {"samples", "--time"},           {"samples", "--error"},
-    {"preview", "--error"},   {"preview", "--shutter"},  {"preview", "--denoise"},        {"preview", "--adaptive"},
-    {"preview", "--crop"},    {"preview", "--overscan"}, {"preview", "--sample-parts"},   {"preview", "--checkpoint"},
-    {"denoise", "--preview"}, {"exposure", "--iso"},     {"exposure", "--shutter-speed"}, {"exposure", "--fstop"},
-    {"aperture", "--fstop"}};
+constexpr Override kOverrides[] = {{"display", "--view"},   {"view", "--display"},  {"samples", "--time"},
+                                   {"samples", "--error"},  {"exposure", "--iso"},  {"exposure", "--shutter-speed"},
+                                   {"exposure", "--fstop"}, {"aperture", "--fstop"}};
+
+/// Returns whether an option of a file, --preview or --denoise, gives way: it cannot be combined with an option that
+/// was given. `with`: settings with the option of the file.
+template <class Given>
+bool gives_way(const std::string& option, const RenderSettings& with, const Occasion& occasion, const Given& given) {
+    const auto of_file = [&](const char* other) { return other == option; };
+    return (option == "--preview" || option == "--denoise") &&
+           std::ranges::any_of(known_constraints(), [&](const Constraint& c) {
+               return c.broken_by(with, occasion) && ((c.one.option(of_file) && c.other.option(given)) ||
+                                                      (c.other.option(of_file) && c.one.option(given)));
+           });
+}
 
 /// Takes the values of the file, except where given(option) says that an option was given.
 template <class A, class Given>
-void take(const SavedSettings& s, const std::filesystem::path& file, const Given& given, A& a) {
+void take(const SavedSettings& s, const std::filesystem::path& file, const Given& given, const Occasion& occasion,
+          A& a) {
     if (!given("--camera") && !given("--look-from")) {
         if (const auto* name = std::get_if<std::string>(&s.camera)) {
-            a.camera = *name;
-            a.source = file.string();
+            a.view.camera = *name;
+            a.view.source = file.string();
         }
-        if (const auto* pose = std::get_if<CameraPose>(&s.camera)) a.pose = *pose;
+        if (const auto* pose = std::get_if<CameraPose>(&s.camera)) a.view.pose = *pose;
     }
     std::set<std::string_view> taken;
     for (const Setting& setting : known_settings()) {
@@ -69,11 +79,13 @@ void take(const SavedSettings& s, const std::filesystem::path& file, const Given
                                a.settings.view.camera.lens.focus.chosen();
             return o.setting == setting.name && given(o.option) && !blurs;
         };
-        if (s.given.contains(setting.name) && !given(fmt::format("--{}", setting.name).c_str()) &&
-            std::ranges::none_of(kOverrides, overrides)) {
-            copy_setting(setting, s.settings, a.settings);
-            taken.insert(setting.name);
-        }
+        const std::string option = fmt::format("--{}", setting.name);
+        if (!s.given.contains(setting.name) || given(option) || std::ranges::any_of(kOverrides, overrides)) continue;
+        RenderSettings with = a.settings;
+        copy_setting(setting, s.settings, with);
+        if (gives_way(option, with, occasion, given)) continue;
+        a.settings = std::move(with);
+        taken.insert(setting.name);
     }
     // Denoising and preview modes exclude each other: an entry of the file ends the other one, which it does not name.
     bool& denoise = a.settings.denoise;
@@ -84,33 +96,27 @@ void take(const SavedSettings& s, const std::filesystem::path& file, const Given
     const bool own_aspect = optics.projection != Projection::camera || eyes_in_picture(optics) != dvec2(1);
     if constexpr (std::is_same_v<A, PreviewArguments>) a.chose_size |= s.size.has_value();
     if (s.size) take_size(*s.size, given, std::is_same_v<A, RenderArguments> && own_aspect, a);
-    if (!given("--variant")) a.variant = s.variant;
-    if (!given("--line-width")) a.line_width = s.line_width;
-    if (!given("--env") && !given("--sky")) a.environment = s.environment, a.light_azimuth = s.light_azimuth;
-    const SceneEdits of_options = std::exchange(a.edits, s.edits);
-    if (given("--env-rotation")) a.edits.environment_rotation = of_options.environment_rotation;
-    if (given("--env-intensity")) a.edits.environment_intensity = of_options.environment_intensity;
-    if (given("--light-group")) a.edits.light_groups.clear(), a.edits.each_light = false;
-    a.edits_source = file.string();
-    for (const EditOption& option : a.edit_options) option.add(a.edits, option.name, option.text);
+    if (!given("--variant")) a.choice.variant = s.variant;
+    if (!given("--line-width")) a.choice.line_width = s.line_width;
+    if (!given("--env") && !given("--sky"))
+        a.choice.environment = s.environment, a.choice.light_azimuth = s.light_azimuth;
+    const SceneEdits of_options = std::exchange(a.choice.edits, s.edits);
+    if (given("--env-rotation")) a.choice.edits.environment_rotation = of_options.environment_rotation;
+    if (given("--env-intensity")) a.choice.edits.environment_intensity = of_options.environment_intensity;
+    if (given("--light-group")) a.choice.edits.light_groups.clear(), a.choice.edits.each_light = false;
+    a.choice.edits_source = file.string();
+    for (const EditOption& option : a.edit_options) option.add(a.choice.edits, option.name, option.text);
     if (s.moment) {
-        if (!given("--animation")) a.animation = s.moment->animation;
-        if (!given("--fps")) a.frame_rate = s.moment->rate;
+        if (!given("--animation")) a.choice.animation = s.moment->animation;
+        if (!given("--fps")) a.choice.frame_rate = s.moment->rate;
         if (!given("--frame") && !given("--frames")) a.settings.frame = s.moment->frame;
     }
-}
-
-auto given_to(const CLI::App& app) {
-    return [&app](const char* option) {
-        const CLI::Option* known = app.get_option_no_throw(option);
-        return known && known->count() > 0;
-    };
 }
 
 /// Reads the settings file of the viewer, without entries that cannot be used. `given` has the names of the options
 /// that were given.
 void take_file(const std::set<std::string>& given, PreviewArguments& a) {
-    const auto file = a.settings_file.value_or(settings_file_for(a.scene));
+    const auto file = a.settings_file.value_or(settings_file_for(a.choice.scene));
     a.settings_version = versioned(file);
     std::error_code none;
     if (!std::filesystem::exists(file, none)) return;
@@ -120,7 +126,7 @@ void take_file(const std::set<std::string>& given, PreviewArguments& a) {
     source->with = [base = a, given, file](const SavedSettings& settings) {
         PreviewArguments with = base;
         take(
-            settings, file, [&](const std::string& option) { return given.contains(option); }, with);
+            settings, file, [&](const std::string& option) { return given.contains(option); }, {}, with);
         for (const std::optional<int> side : {with.width, with.height})
             if (side && std::clamp(*side, kMinWindow, kMaxWindow) != *side)
                 throw Error("size", "has a side of {} pixels; the viewer takes {} to {}", *side, kMinWindow,
@@ -156,23 +162,18 @@ void take_size_options(const CLI::App& app, ViewArguments& a) {
 }
 
 void use_settings(const CLI::App& app, RenderArguments& a) {
-    const auto given = given_to(app);
+    const auto given = [&](const std::string& option) { return halflight::given(app, option); };
     SavedSettings saved = read_settings(*a.settings_file);
     const bool part_of_samples = given("--part") && a.frames.empty();
     if (part_of_samples && !given("--preview")) saved.settings.preview = {};
-    bool& temporal = saved.settings.preview.temporal;
-    if (temporal && !given("--preview")) {
-        if (!a.frames.empty() && given("--part"))
-            throw UsageError("--part",
-                             "{} holds the preview mode temporal, whose frames depend on all earlier frames; use "
-                             "--preview without temporal",
-                             a.settings_file->string());
-        temporal = !a.frames.empty();  // a single picture has no earlier frames
-    }
-    take(saved, *a.settings_file, given, a);
+    if (a.frames.empty()) saved.settings.preview.temporal = false;  // a single picture has no earlier frames
+    Occasion occasion = occasion_of(a);
+    occasion.part_of_sequence = false;  // other parts would differ: check_combinations() refuses it
+    occasion.light_groups = false;      // they end the cache alone
+    take(saved, *a.settings_file, given, occasion, a);
     set_aspect(a);
     // The viewer, which saves such files, shows no light groups.
-    const bool groups = a.edits.each_light || !a.edits.light_groups.empty();
+    const bool groups = a.choice.edits.each_light || !a.choice.edits.light_groups.empty();
     if (groups && !given("--preview")) a.settings.preview.cache = false;
 }
 

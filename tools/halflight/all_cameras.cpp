@@ -54,25 +54,25 @@ std::vector<RenderArguments> arguments_by_camera(const RenderArguments& a) {
     RenderArguments chosen = a;
     std::vector<std::filesystem::path*> placed = files_of(chosen);
     std::erase_if(placed, [](const auto* file) { return file->string().find(kPlace) == std::string::npos; });
-    const bool free = a.look_from || a.pose;
-    const bool all = !free && a.camera == "all";
+    const bool free = a.view.look_from || a.view.pose;
+    const bool all = !free && a.view.camera == "all";
     if (!all && placed.empty()) return {a};
     if (free) throw Error(placed[0]->string(), "{} stands for a camera of the scene, and the camera is free", kPlace);
-    if (is_part_list(a.scene))
+    if (is_part_list(a.choice.scene))
         throw Error(all ? "--camera" : placed[0]->string(), "{} needs a single file, not a list of files",
                     all ? "all" : kPlace);
     Scene scene;
-    scene.name = a.scene.string();
-    scene.cameras = GltfScene(a.scene, gltf_options(a)).cameras_at(0, {});
+    scene.name = a.choice.scene.string();
+    scene.cameras = GltfScene(a.choice.scene, gltf_options(a.choice)).cameras_at(0, {});
     const std::vector<Camera>& cameras = scene.cameras;
     if (cameras.empty())
-        throw Error(a.scene.string(), "has no cameras, which {} would {}", all ? "--camera all" : kPlace,
+        throw Error(a.choice.scene.string(), "has no cameras, which {} would {}", all ? "--camera all" : kPlace,
                     all ? "render" : "name");
     const std::vector<std::string> words = words_for(cameras);
     if (!all || std::ranges::find(cameras, "all", &Camera::name) != cameras.end()) {
-        const std::optional<std::size_t> index = choose_camera(scene, a).index;
-        chosen.replace_blind = false;  // the name says which camera it is
-        for (std::filesystem::path* file : placed) *file = named(*file, index ? words[*index] : *a.camera);
+        const std::optional<std::size_t> index = choose_camera(scene, a.view).index;
+        chosen.view.replace_blind = false;  // the name says which camera it is
+        for (std::filesystem::path* file : placed) *file = named(*file, index ? words[*index] : *a.view.camera);
         check_render_files(chosen);
         return {chosen};
     }
@@ -82,7 +82,7 @@ std::vector<RenderArguments> arguments_by_camera(const RenderArguments& a) {
         RenderArguments& one = each.emplace_back(a);
         // A number would find another camera that has it as its name, since names come first.
         const auto first = std::ranges::find(cameras, cameras[i].name, &Camera::name);
-        one.camera = first == cameras.begin() + std::ptrdiff_t(i) ? cameras[i].name : std::to_string(i);
+        one.view.camera = first == cameras.begin() + std::ptrdiff_t(i) ? cameras[i].name : std::to_string(i);
         for (std::filesystem::path* file : files_of(one)) {
             *file = named(*file, words[i]);
             if (!written.insert(file->lexically_normal()).second)

@@ -38,7 +38,7 @@ void add_memory_options(Options& options, InfoArguments& a) {
     options.group("Run");
     options.settings(a.picture.settings, &Setting::memory);
     add_memory_option(options);
-    add_strict_option(options, a.picture);
+    add_strict_option(options, a.picture.choice);
 }
 
 void check(const InfoArguments& a, const CLI::App& app) {
@@ -47,11 +47,7 @@ void check(const InfoArguments& a, const CLI::App& app) {
     if (a.check && !a.scene) throw UsageError("--check", "needs a page file");
     for (const std::string& option : memory_options())
         if (app.count(option) > 0 && !a.scene) throw UsageError(option, "needs a SCENE");
-    check_camera_options(app, a.picture);
-    check_environment_options(app);
-    exclude(app, "--preview", "--error");
-    if (a.picture.settings.preview.cache || a.picture.settings.preview.temporal) exclude(app, "--preview", "--shutter");
-    if (a.picture.settings.preview.any()) exclude(app, "--denoise", "--preview");
+    check_camera_options(app, a.picture.view);
     if (a.time && !a.needs) throw UsageError("--time", "needs --needs");
     if (!a.scene && !a.device) throw UsageError("SCENE", "is missing; see halflight info --help");
 }
@@ -133,7 +129,7 @@ Arguments parse_arguments(int argc, const char* const* argv) {
                     "writes man pages, and completions for bash, zsh and fish, below a folder such as ~/.local/share")
         ->type_name("DIR");
     info_app.add_flag("--json", info.json, "prints JSON");
-    info_app.add_flag("--allow-outside", info.picture.allow_outside,
+    info_app.add_flag("--allow-outside", info.picture.choice.allow_outside,
                       "allows the scene to name files outside its folder");
     info_app.footer(
         "The options for picture, camera, sequence, light and run are those of `halflight render`. They describe the "
@@ -155,7 +151,7 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     add_memory_option(pack_options);
     add_threads_option(pack_options);
     add_strict_option(pack_options, pack.choice);
-    add_log_options(pack_options, pack);
+    add_log_options(pack_options, pack.log);
 
     BenchArguments bench;
     CLI::App& bench_app = *app.add_subcommand("bench", "Measures rays per second of several tracers, interleaved");
@@ -203,8 +199,7 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     }
     if (converge_app.parsed()) {
         check_leftovers(converge_app, "halflight converge");
-        check_log_options(converge_app);
-        if (converge.log) check_files({converge.scene}, {*converge.log});
+        if (converge.log.file) check_files({converge.choice.scene}, {*converge.log.file});
         take_size_options(converge_app, converge);
         check_converge_options(converge_app, converge);
         return converge;
@@ -225,14 +220,15 @@ Arguments parse_arguments(int argc, const char* const* argv) {
         take_size_options(info_app, info.picture);
         if (info.picture.settings_file) use_settings(info_app, info.picture);
         check_optics_options(info_app, info.picture);
-        info.picture.mip_levels = info.picture.settings.texture_lod;
+        check_combinations(info_app, info.picture.settings, occasion_of(info.picture),
+                           info.picture.settings_file.value_or(""));
+        info.picture.choice.mip_levels = info.picture.settings.texture_lod;
         return info;
     }
     if (pack_app.parsed()) {
         check_leftovers(pack_app, "halflight pack");
-        check_log_options(pack_app);
         Paths written = {pack.output};
-        if (pack.log) written.push_back(*pack.log);
+        if (pack.log.file) written.push_back(*pack.log.file);
         check_files({pack.scene}, written);
         return pack;
     }

@@ -59,10 +59,11 @@ struct ThumbnailArguments : RenderArguments {
 };
 
 /// Arguments of `halflight pack`.
-struct PackArguments : LogChoice {
+struct PackArguments {
     std::filesystem::path scene;
     std::filesystem::path output;  // page file
     SceneChoice choice;            // allow_outside and strict_scene
+    LogChoice log;
 };
 
 using bench::BenchArguments;      // `halflight bench`

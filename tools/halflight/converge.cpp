@@ -84,20 +84,20 @@ int usual_reference_samples(const Plan& plan) {
 
 void run_converge(const ConvergeArguments& a) {
     gpu::prepare_process();
-    const Console console(a.log_level);
+    const Console console(a.log.level);
     const ReportFolder folder(a.folder);
     const ColorConfig colors = ColorConfig::load();
     const ViewProcessor shown = colors.view({});
 
-    SceneFile file(a.scene, gltf_options(a), 0, false);
+    SceneFile file(a.choice.scene, gltf_options(a.choice), 0, false);
     Scene scene = file.gltf().at_rest();
     for (const std::string& warning : scene.report.warnings) console.warn("{}", warning);
-    set_environment(scene, a.environment, console,
-                    {.lamps = a.lamps,
-                     .camera = free_camera(scene, a),
-                     .azimuth = a.light_azimuth.value_or(azimuth_of_light(scene, a))});
-    apply(a.edits, scene, file.tree_at(0));
-    CameraChoice choice = a;
+    set_environment(scene, a.choice.environment, console,
+                    {.lamps = a.choice.lamps,
+                     .camera = free_camera(scene, a.view),
+                     .azimuth = a.choice.light_azimuth.value_or(azimuth_of_light(scene, a.view))});
+    apply(a.choice.edits, scene, file.tree_at(0));
+    CameraChoice choice = a.view;
     if (a.width && a.height) choice.aspect = eye_aspect(a.settings.optics, {*a.width, *a.height});
     const ChosenCamera chosen = choose_camera(scene, choice);
     const Camera camera = with_optics(with_lens(chosen.camera, a.settings.view.camera.lens), a.settings.optics);
@@ -106,7 +106,7 @@ void run_converge(const ConvergeArguments& a) {
     const ivec2 size = picture_size(a.width, a.height, a.usual_width, camera);
     Subject subject{
         .program = "halflight " HALFLIGHT_VERSION,
-        .scene = a.scene.string(),
+        .scene = a.choice.scene.string(),
         .camera = chosen.origin,
         .environment = environment_name(scene.environment),
         .device = {},
@@ -153,7 +153,7 @@ void run_converge(const ConvergeArguments& a) {
     const auto note = [&](const std::string& line) { console.note("{}", line); };
     std::unique_ptr<Painter> other;
     if (!a.plan.external.name.empty()) {
-        other = external_painter(a.plan.external, {a.scene, scene.environment}, subject.view);
+        other = external_painter(a.plan.external, {a.choice.scene, scene.environment}, subject.view);
         other->paint({1, 0}, 1, pulse);  // a command that fails does so before a long reference
     }
     const Reference reference =

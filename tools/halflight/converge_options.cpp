@@ -90,7 +90,7 @@ void add_converge_options(CLI::App& app, ConvergeArguments& a) {
     a.plan.methods.assign(std::begin(converge::kUsualMethods), std::end(converge::kUsualMethods));
     a.usual_width = 320;  // pixels; enough to measure error against time
     for (int samples = 1; samples <= 64; samples *= 2) a.plan.budgets.push_back({samples, 0});
-    app.add_option("SCENE", a.scene, "glTF 2.0 scene, .gltf or .glb")->type_name("")->required();
+    app.add_option("SCENE", a.choice.scene, "glTF 2.0 scene, .gltf or .glb")->type_name("")->required();
     app.add_option("-o,--output", a.folder, "folder for report.html, report.json and report.csv, created if missing")
         ->type_name("DIR")
         ->required();
@@ -180,12 +180,17 @@ void add_converge_options(CLI::App& app, ConvergeArguments& a) {
     for (const char* name : {"width", "height", "filter", "filter-radius"}) options.setting(setting(name), a.settings);
     options.group("Light");
     options.settings(a.settings);
-    add_environment_options(options, a);
-    add_variant_option(options, a.variant);
-    add_line_width_option(options, a.line_width);
+    add_environment_options(options, a.choice);
+    add_variant_option(options, a.choice.variant);
+    add_line_width_option(options, a.choice.line_width);
     add_edit_options(options, a);
     add_device_options(options, a);
-    add_strict_option(options, a);
+    add_strict_option(options, a.choice);
+    options.alternatives({"--samples", "--seconds"});
+    // Commands get neither the seconds nor the filter, and they read the scene's own file.
+    for (const char* other :
+         {"--seconds", "--filter", "--light", "--material", "--node", "--hide", "--variant", "--line-width", "--sky"})
+        options.alternatives({"--external", other});
 }
 
 void check_converge_options(const CLI::App& app, ConvergeArguments& a) {
@@ -195,8 +200,10 @@ void check_converge_options(const CLI::App& app, ConvergeArguments& a) {
             throw UsageError("--preview",
                              "temporal reuses light of earlier pictures, and converge renders single pictures");
     if (std::ranges::count(a.denoise, true)) {
-        exclude(app, "--denoise", "--preview");
-        exclude(app, "--denoise", "--seconds");  // a picture of one sample cannot be denoised
+        RenderSettings modes;
+        modes.denoise = true;
+        for (const Preview& preview : a.previews) modes.preview = preview, check_combinations(app, modes, {}, "");
+        if (given(app, "--seconds")) throw UsageError("--denoise", "needs --samples, of which there are two at least");
         if (app.count("--samples") == 0) std::erase_if(a.plan.budgets, [](const Budget& b) { return b.samples < 2; });
         if (a.plan.budgets.front().samples == 1) throw UsageError("--denoise", "needs at least two --samples");
     }
@@ -204,10 +211,6 @@ void check_converge_options(const CLI::App& app, ConvergeArguments& a) {
     if (a.plan.warm_up > 0 && std::ranges::none_of(a.previews, &Preview::cache))
         throw UsageError("--warm-up", "needs a --preview with cache");
     if (!a.plan.external.name.empty()) {
-        exclude(app, "--external", "--seconds");
-        exclude(app, "--external", "--filter");  // commands are not given the filter
-        for (const char* change : {"--light", "--material", "--node", "--hide", "--variant", "--line-width", "--sky"})
-            exclude(app, "--external", change);  // commands read the scene's own file, which has no sun of a sky
         for (std::size_t m = 0; m < a.plan.methods.size(); ++m)
             if (a.plan.method_name(m) == a.plan.external.name)
                 throw UsageError("--external", "'{}' is the name of another method", a.plan.external.name);
@@ -216,17 +219,14 @@ void check_converge_options(const CLI::App& app, ConvergeArguments& a) {
     }
     if (a.require_agreement && (a.plan.external.name.empty() || a.plan.seeds < 2))
         throw UsageError("--require-agreement", "needs --external and at least two --seeds");
-    exclude(app, "--samples", "--seconds");
     if (app.count("--shadow-catcher") > 0)
         throw UsageError("--shadow-catcher", "puts shadows into alpha, which converge does not measure");
     if (app.count("--light-group") > 0) throw UsageError("--light-group", "adds layers, which converge does not write");
-    check_camera_options(app, a);
+    check_camera_options(app, a.view);
     check_optics_options(app, a);
-    check_environment_options(app);
-    if (a.reference.maker == converge::ReferenceOrder::Maker::file) {
-        exclude(app, "--reference-samples", "--reference");
-        exclude(app, "--cache", "--reference");
-    }
+    if (a.reference.maker == converge::ReferenceOrder::Maker::file)
+        for (const char* option : {"--reference-samples", "--cache"})
+            if (given(app, option)) throw UsageError(option, "has no meaning where --reference is a file");
 }
 
 }  // namespace halflight

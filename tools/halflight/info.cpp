@@ -135,33 +135,35 @@ Json left_out_facts(const InfoArguments& a, const Scene& scene, const TraceTable
 
 /// Returns the facts of the edited scene, with the light that the picture would have. own: the scene's environment.
 Json facts_of(const InfoArguments& a, Scene& scene, Environment own, const TraceTables& tables, bool moves) {
-    CameraChoice choice = a.picture;
+    CameraChoice choice = a.picture.view;
     const bool named = std::ranges::find(scene.cameras, "all", &Camera::name) != scene.cameras.end();
     if (choice.camera == "all" && !named) choice.camera.reset();  // `render` makes a picture of each camera
     RenderSettings settings =
         make_settings(a.picture, with_lens(choose_camera(scene, choice).camera, a.picture.settings.view.camera.lens));
     request_light_groups(settings, scene);
-    const PictureUse use{.png = a.png, .exr_tile = a.picture.exr.tile};
+    const PictureUse use{.png = a.png, .exr_tile = a.picture.output.exr.tile};
     const MemoryEstimate memory = scene_memory(scene, tables, moves, settings, use);
-    if (!a.needs && std::holds_alternative<std::monostate>(a.picture.environment)) {
+    if (!a.needs && std::holds_alternative<std::monostate>(a.picture.choice.environment)) {
         scene.environment = std::move(own);
         std::erase_if(scene.lights, &PunctualLight::of_environment);
-        scene.environment.color *= a.picture.edits.environment_intensity * a.picture.edits.environment_tint;
+        scene.environment.color *=
+            a.picture.choice.edits.environment_intensity * a.picture.choice.edits.environment_tint;
     }
     return scene_facts(scene, tables, settings, memory);
 }
 
 /// Reads the scene as it will be rendered, and returns the facts of its file.
 Json file_facts(const InfoArguments& a, Scene& scene, TraceTables& tables) {
-    GltfScene file(*a.scene, gltf_options(a.picture));
+    GltfScene file(*a.scene, gltf_options(a.picture.choice));
     SceneSize size = file.size();
     tile_textures({&file, 1}, size, 0);
     check_fits(size, *a.scene);
     scene = file.at_rest();
     const SceneTree tree = file.tree_at(0, {});
     const Environment own = scene.environment;
-    set_environment(scene, a.picture.environment, Log(), {.lamps = a.picture.lamps});  // the facts contain its warnings
-    apply(a.picture.edits, scene, tree, a.picture.edits_source);
+    set_environment(scene, a.picture.choice.environment, Log(),
+                    {.lamps = a.picture.choice.lamps});  // the facts contain its warnings
+    apply(a.picture.choice.edits, scene, tree, a.picture.choice.edits_source);
     tables = build_trace_tables(scene, kFlattenLimit);
     std::ranges::move(blocked_lights(rays::LazyProbe(scene), scene, scene.cameras),
                       std::back_inserter(scene.report.warnings));
@@ -176,7 +178,7 @@ Json file_facts(const InfoArguments& a, Scene& scene, TraceTables& tables) {
 
 /// Returns the facts of a list of files, as their headers tell them.
 Json list_facts(const InfoArguments& a) {
-    std::vector<GltfScene> parts = open_files(*a.scene, gltf_options(a.picture));
+    std::vector<GltfScene> parts = open_files(*a.scene, gltf_options(a.picture.choice));
     const SceneSize size = size_of_parts(parts);
     std::uintmax_t bytes = 0;
     std::size_t files = 0;

@@ -27,8 +27,8 @@ int run(int argc, char** argv) {
         const Arguments arguments = parse_arguments(argc, argv);
         std::visit(
             [](const auto& a) {
-                if constexpr (requires { a.log_level; })
-                    if (a.log) open_log(*a.log);
+                if constexpr (requires { a.log.level; })
+                    if (a.log.file) open_log(*a.log.file);
             },
             arguments);
         if (const auto* help = std::get_if<Help>(&arguments)) std::puts(help->text.c_str());

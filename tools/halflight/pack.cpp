@@ -17,7 +17,7 @@ void run_pack(const PackArguments& a) {
     check_writable(a.output);
     remove_abandoned({&a.output, 1});
     const Stopwatch watch;
-    ProgressDisplay display(stderr, progress_form(a.quiet()), 0);
+    ProgressDisplay display(stderr, progress_form(a.log.quiet()), 0);
     PackOptions options;
     options.allow_outside = a.choice.allow_outside;
     options.strict = a.choice.strict_scene;
@@ -30,7 +30,7 @@ void run_pack(const PackArguments& a) {
     const Log log([&](Log::Kind, std::string_view line) { warnings.emplace_back(line); });
     const paging::PageFileSizes sizes = pack_scene(a.scene, a.output, options, log);
     display.clear();
-    const Console console(a.log_level);
+    const Console console(a.log.level);
     for (const std::string& warning : warnings) console.warn("{}", warning);
     console.note("{}: {} written in {}", a.output.string(), text_of_bytes(sizes.file), clock_text(watch.seconds()));
 }

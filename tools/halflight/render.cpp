@@ -104,7 +104,7 @@ void tell_details(const RenderStats& stats, const StepTimes& times, const Consol
 void render_picture(const RenderArguments& a) {
     Stopwatch clock;
     StepTimes times;
-    const Console console(a.log_level);
+    const Console console(a.log.level);
 
     check_outputs(a);
     const ColorConfig config = ColorConfig::load(a.ocio);
@@ -117,7 +117,8 @@ void render_picture(const RenderArguments& a) {
     times.context = clock.lap();
     LoadedScene scene = reading.get();
     check_render_files(a, scene.files());
-    if (a.needs_surfaces && scene.scene().instances.empty()) throw Error(a.scene.string(), "has no surfaces to show");
+    if (a.needs_surfaces && scene.scene().instances.empty())
+        throw Error(a.choice.scene.string(), "has no surfaces to show");
     PoseWarnings warnings(scene);
     const ChosenCamera chosen = scene.camera(scene.time_of(a.settings.frame));
     FrameRenderer renderer(scene, make_settings(a, chosen.camera),
@@ -127,7 +128,7 @@ void render_picture(const RenderArguments& a) {
                             .frees_scene = true,
                             .checkpoint = checkpoint_of(a),
                             .merged = merged_parts(a),
-                            .exr_tile = a.exr.tile});
+                            .exr_tile = a.output.exr.tile});
     Checkpoint* const checkpoint = renderer.checkpoint();
     const RenderSettings& settings = renderer.settings();
     for (const auto& path : a.outputs) check_size(path, data_window(settings).size());
@@ -147,7 +148,7 @@ void render_picture(const RenderArguments& a) {
     bool rendering = false;  // the pilots are through
     int samples_done = 0;
     try {
-        ProgressDisplay display(stderr, progress_form(a.quiet(), a.json_progress), settings.time_limit, earlier);
+        ProgressDisplay display(stderr, progress_form(a.log.quiet(), a.json_progress), settings.time_limit, earlier);
         const Interruptible stops([&] { stop_point(a.outputs[0], "before rendering"); });
         const StepWatch programs([&](const char* what, int number) {
             display.show_step(what, number);
@@ -191,11 +192,11 @@ void render_picture(const RenderArguments& a) {
     const auto of_preview = [](const std::string& bias) { return bias.starts_with("preview: "); };
     if (a.settings_file && std::ranges::any_of(result.stats.biases, of_preview))
         console.note("--preview none leaves out the preview modes, and makes the unbiased mean");
-    const std::string error = judge(result.stats, a, a.outputs[0], console);
+    const std::string error = judge(result.stats, a.output, a.outputs[0], console);
 
     {
         const WritingFiles writing;
-        const PictureInfo info = picture_info(renderer, result, a, error);
+        const PictureInfo info = picture_info(renderer, result, a.output, error);
         write_pictures(a.outputs, result, info, console);
         if (checkpoint) checkpoint->remove();
     }

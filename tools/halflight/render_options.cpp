@@ -9,9 +9,7 @@
 
 #include "engine/core/error.h"
 #include "engine/settings/layers.h"
-#include "passes/picture/adaptive.h"
 #include "renderer/render.h"
-#include "renderer/replicates.h"
 #include "renderer/settings_check.h"
 #include "tools/cli/installation.h"
 #include "tools/halflight/render_parts.h"
@@ -37,7 +35,7 @@ void add_picture_options(Options& options, RenderArguments& a) {
                       const std::string problem = setting("error").set(a.settings, target);
                       if (!problem.empty()) throw UsageError(name, problem);
                   });
-    options.flag("--best-effort", a.best_effort, "writes the picture even if its error target was not reached");
+    options.flag("--best-effort", a.output.best_effort, "writes the picture even if its error target was not reached");
     options.value(
         "--checkpoint", "SECONDS",
         "saves the samples in the folder OUTPUT.checkpoint every SECONDS, and when a signal ends the program; "
@@ -49,7 +47,7 @@ void add_color_options(Options& options, RenderArguments& a) {
     add_view_options(options, a.ocio, a.settings);
     options.value("--working-space", "NAME",
                   "linear colour space of the .exr: rec709, acescg or a space of the config (default rec709)",
-                  [&](const auto&, const auto& text) { a.working_space = text; });
+                  [&](const auto&, const auto& text) { a.output.working_space = text; });
 }
 
 void add_file_options(Options& options, RenderArguments& a) {
@@ -62,7 +60,7 @@ void add_file_options(Options& options, RenderArguments& a) {
                               fmt::join(names, ", ")),
                   [&](const auto& option, const auto& text) {
                       try {
-                          a.exr.compression = exr_compression_named(text);
+                          a.output.exr.compression = exr_compression_named(text);
                       } catch (const Error& error) {
                           throw UsageError(option, "{}", error.reason());
                       }
@@ -73,32 +71,33 @@ void add_file_options(Options& options, RenderArguments& a) {
                   [&](const auto& option, const auto& text) {
                       const auto names_of = aov_names_named(text);
                       if (!names_of) throw UsageError(option, "expects halflight, blender or arnold, not '{}'", text);
-                      a.aov_names = *names_of;
+                      a.output.aov_names = *names_of;
                   });
-    options.flag("--exr-parts", a.exr.parts, "makes each layer of the .exr a part of its own");
+    options.flag("--exr-parts", a.output.exr.parts, "makes each layer of the .exr a part of its own");
     options.value("--exr-tiles", "PIXELS", "stores the .exr in square tiles of this side, 16 to 4096, instead of lines",
-                  [&](const auto& option, const auto& text) { a.exr.tile = whole(option, text, 16, 4096); });
+                  [&](const auto& option, const auto& text) { a.output.exr.tile = whole(option, text, 16, 4096); });
 }
 
 void add_display_file_options(Options& options, RenderArguments& a) {
-    options.value("--jpeg-quality", "N", fmt::format("quality of a .jpg, 1 to 100 (default {})", a.jpeg_quality),
-                  [&](const auto& name, const auto& text) { a.jpeg_quality = whole(name, text, 1, 100); });
-    options.value("--tiff-type", "8|16|float",
-                  "values of a .tif: 8 or 16 bits through the view transform, or scene-linear floats (default 16)",
-                  [&](const auto& name, const auto& text) {
-                      if (text != "8" && text != "16" && text != "float")
-                          throw UsageError(name, "expects 8, 16 or float, not '{}'", text);
-                      a.tiff = text == "8" ? TiffType::uint8 : text == "16" ? TiffType::uint16 : TiffType::float32;
-                  });
+    options.value("--jpeg-quality", "N", fmt::format("quality of a .jpg, 1 to 100 (default {})", a.output.jpeg_quality),
+                  [&](const auto& name, const auto& text) { a.output.jpeg_quality = whole(name, text, 1, 100); });
+    options.value(
+        "--tiff-type", "8|16|float",
+        "values of a .tif: 8 or 16 bits through the view transform, or scene-linear floats (default 16)",
+        [&](const auto& name, const auto& text) {
+            if (text != "8" && text != "16" && text != "float")
+                throw UsageError(name, "expects 8, 16 or float, not '{}'", text);
+            a.output.tiff = text == "8" ? TiffType::uint8 : text == "16" ? TiffType::uint16 : TiffType::float32;
+        });
 }
 
 /// Throws UsageError where the compression of an .exr would damage data.
 void check_compression(const RenderArguments& a) {
-    if (!is_lossy(a.exr.compression) || a.exr.parts) return;
+    if (!is_lossy(a.output.exr.compression) || a.output.exr.parts) return;
     for (const std::string& layer : a.settings.aovs)
         if (!find_aov(layer)->is_color())
             throw UsageError("--exr-compression", "{} would change the data of layer {}; --exr-parts keeps them exact",
-                             name(a.exr.compression), layer);
+                             name(a.output.exr.compression), layer);
 }
 
 void add_run_options(Options& options, RenderArguments& a) {
@@ -107,7 +106,7 @@ void add_run_options(Options& options, RenderArguments& a) {
     options.flag(
         "--keep-all", [&] { a.settings.kept = Kept::everything(); }, "builds all parts that --keep can name");
     options.flag(
-        "--strict", [&] { a.strict = a.strict_scene = true; },
+        "--strict", [&] { a.output.strict = a.choice.strict_scene = true; },
         "fails if any pass yields a NaN, an infinity or a negative radiance, for scenes that break the rules of glTF, "
         "and for images that cannot be read");
     add_page_options(options, a);
@@ -127,7 +126,7 @@ void add_run_options(Options& options, RenderArguments& a) {
                   "textures that do not fit into the memory budget get half of what it has left",
                   [&](const auto& name, const auto& text) {
                       a.settings.tile_bytes = size_of_text(name, text);
-                      a.tile_textures = true;
+                      a.choice.tile_textures = true;
                   });
     options.value("--progress", "text|json",
                   "form of progress on stderr: a bar or lines of text, or lines of JSON, which --quiet leaves (default "
@@ -152,52 +151,29 @@ void add_run_options(Options& options, RenderArguments& a) {
 /// Sets the scene of --demo, for which the first name is an output.
 void take_demo_scene(const CLI::App& app, RenderArguments& a) {
     if (!a.demo) {
-        if (a.scene.empty()) throw UsageError("SCENE", "is missing; see halflight {} --help", app.get_name());
+        if (a.choice.scene.empty()) throw UsageError("SCENE", "is missing; see halflight {} --help", app.get_name());
         return;
     }
-    if (!a.scene.empty()) a.outputs.insert(a.outputs.begin(), a.scene);
+    if (!a.choice.scene.empty()) a.outputs.insert(a.outputs.begin(), a.choice.scene);
     const auto scene = std::ranges::find_if(
         a.outputs, [](const auto& path) { return has_extension(path, "glb") || has_extension(path, "gltf"); });
     if (scene != a.outputs.end()) throw UsageError(scene->string(), "cannot be given together with --demo");
-    a.scene = demo_scene();
+    a.choice.scene = demo_scene();
 }
 
 /// Accepts outputs before the scene: if the first name is an output and one of the others is none, they change places.
 void take_scene_among_outputs(RenderArguments& a) {
-    if (!is_picture_name(a.scene)) return;
+    if (!is_picture_name(a.choice.scene)) return;
     const auto scene = std::ranges::find_if_not(a.outputs, is_picture_name);
     if (scene == a.outputs.end()) return;
     const std::filesystem::path found = *scene;
     a.outputs.erase(scene);
-    a.outputs.insert(a.outputs.begin(), std::exchange(a.scene, found));
-}
-
-/// Throws UsageError where options of denoising and of adaptive samples do not fit together.
-void check_filter_options(const CLI::App& app, const RenderArguments& a) {
-    const RenderSettings& s = a.settings;
-    for (const char* window : {"--crop", "--overscan"}) {
-        if (app.count(window) > 0 && neighbour_frames(s) > 0) exclude(app, window, "--denoise-frames");
-        if (s.preview.any()) exclude(app, window, "--preview");
-    }
-    exclude(app, "--transparent", "--movie");
-    if (s.preview.any()) exclude(app, "--denoise", "--preview");
-    if (s.preview.any()) exclude(app, "--adaptive", "--preview");
-    if (!s.error) exclude(app, "--adaptive", "--time");
-    for (const char* option : {"--denoise-frames", "--denoise-error"})
-        if (app.count(option) > 0 && !s.denoise) throw UsageError(option, "needs --denoise");
-    if (!s.denoise && std::ranges::find(s.aovs, "denoiser") != s.aovs.end())
-        throw UsageError("--aov", "the layer denoiser needs --denoise");
-    if (s.denoise && s.samples < 2) throw UsageError("--denoise", "needs at least two --samples");
-    if (s.adaptive && s.samples < kLeastAdaptiveSamples)
-        throw UsageError("--adaptive", "needs at least {} --samples", kLeastAdaptiveSamples);
-    if (s.adaptive && s.denoise_error > 0 && s.denoise_error < kLeastAdaptiveSamples)
-        throw UsageError("--denoise-error", "needs at least {} samples where --adaptive is given",
-                         kLeastAdaptiveSamples);
+    a.outputs.insert(a.outputs.begin(), std::exchange(a.choice.scene, found));
 }
 
 /// Takes --part of a single picture, and checks the parts of its samples.
 void take_sample_parts(const CLI::App& app, RenderArguments& a) {
-    const bool part = app.get_option_no_throw("--part") != nullptr && app.count("--part") > 0;
+    const bool part = given(app, "--part");
     if (part && a.frames.empty()) {
         const int of = static_cast<int>(a.part.of);
         if (app.count("--sample-parts") > 0 && a.settings.parts != of)
@@ -208,23 +184,9 @@ void take_sample_parts(const CLI::App& app, RenderArguments& a) {
     const char* const option = part ? "--part" : "--sample-parts";
     if (a.settings.parts > a.settings.samples)
         throw UsageError(option, "{} parts are more than {} samples", a.settings.parts, a.settings.samples);
-    if (!a.frames.empty() && part) return;
-    for (const char* other : {"--error", "--time", "--adaptive", "--denoise-frames"}) exclude(app, option, other);
-    if (a.settings.preview.any()) exclude(app, option, "--preview");
-    if (!part) return exclude(app, option, "--checkpoint");
-    for (const char* other : {"--stats", "--dump-graph"}) exclude(app, option, other);  // `merge` makes the picture
-}
-
-/// Throws UsageError where something else is requested that keeps no checkpoint.
-void check_checkpoint(const CLI::App& app, const RenderArguments& a) {
-    if (!a.checkpoint) return;
-    if (a.settings.error) exclude(app, "--checkpoint", "--adaptive");  // all bands grow together
-    if (a.frames.empty()) exclude(app, "--checkpoint", "--denoise-frames");
-    if (a.outputs.empty())
-        throw UsageError("--checkpoint", "needs files of frames: a movie without them begins anew after a stop");
-    const Preview& preview = a.settings.preview;
-    if (preview.cache || preview.temporal)
-        throw UsageError("--checkpoint", "cannot be combined with the preview modes cache and temporal");
+    if (!part || !a.frames.empty()) return;
+    for (const char* other : {"--stats", "--dump-graph"})
+        if (given(app, other)) throw UsageError(option, "makes no picture that {} could describe", other);
 }
 
 void check(const RenderArguments& a, const CLI::App& app) {
@@ -240,9 +202,15 @@ void check(const RenderArguments& a, const CLI::App& app) {
         }
     }
     check_sequence_options(app, a);
-    check_preview_options(app, a);
-    check_filter_options(app, a);
-    check_checkpoint(app, a);
+    check_combinations(app, a.settings, occasion_of(a), a.settings_file.value_or(""));
+    if (a.settings.preview.temporal && a.frames.empty())
+        throw UsageError("--preview", "temporal reuses light of earlier frames and needs --frames");
+    for (const char* option : {"--denoise-frames", "--denoise-error"})
+        if (given(option) && !a.settings.denoise) throw UsageError(option, "needs --denoise");
+    if (!a.settings.denoise && std::ranges::find(a.settings.aovs, "denoiser") != a.settings.aovs.end())
+        throw UsageError("--aov", "the layer denoiser needs --denoise");
+    if (a.checkpoint && a.outputs.empty())
+        throw UsageError("--checkpoint", "needs files of frames: a movie without them begins anew after a stop");
     if (a.merge) {
         if (a.settings.parts < 2)
             throw UsageError("--sample-parts", "{}",
@@ -252,16 +220,11 @@ void check(const RenderArguments& a, const CLI::App& app) {
             if (given(option)) throw UsageError(option, "has no meaning for halflight merge");
     }
     check_render_files(a);  // includes the files that settings name
-    const bool error = a.settings.error.has_value();
-    if (a.best_effort && !error) throw UsageError("--best-effort", "needs --error");
-    if (error && a.settings.samples < kFirstLook * kReplicates)
-        throw UsageError("--samples", "{} are too few to estimate an error: it takes {}", a.settings.samples,
-                         kFirstLook * kReplicates);
+    if (a.output.best_effort && !a.settings.error) throw UsageError("--best-effort", "needs --error");
     if (const std::string problem = kept_problem(a.settings.kept); !problem.empty())
         throw UsageError("--keep", problem);
-    check_camera_options(app, a);
+    check_camera_options(app, a.view);
     check_optics_options(app, a);
-    check_environment_options(app);
     const bool exr = has_exr(a);
     check_compression(a);
     for (const char* option :
@@ -274,7 +237,7 @@ void check(const RenderArguments& a, const CLI::App& app) {
         throw UsageError("--jpeg-quality", "needs a .jpg output");
     if (given("--tiff-type") && !has("tif") && !has("tiff")) throw UsageError("--tiff-type", "needs a .tif output");
     if (given("--working-space") &&
-        std::ranges::all_of(a.outputs, [&](const auto& path) { return holds_view(path, a.tiff); }))
+        std::ranges::all_of(a.outputs, [&](const auto& path) { return holds_view(path, a.output.tiff); }))
         throw UsageError("--working-space", "needs a scene-linear output: an .exr, or a .tif of floats");
     for (const char* option : {"--display", "--view", "--look", "--exposure", "--iso", "--shutter-speed"})
         if (given(option) && !wants_view(a))
@@ -294,30 +257,30 @@ void check_files(const Paths& read, const Paths& written) {
 }
 
 void check_render_files(const RenderArguments& a, std::span<const VersionedFile> scene_files) {
-    Paths read = {a.scene}, written = output_files(a);
+    Paths read = {a.choice.scene}, written = output_files(a);
     for (const VersionedFile& file : scene_files) read.push_back(file.path);
-    if (const auto* map = std::get_if<std::filesystem::path>(&a.environment)) read.push_back(*map);
+    if (const auto* map = std::get_if<std::filesystem::path>(&a.choice.environment)) read.push_back(*map);
     if (a.ocio) read.push_back(*a.ocio);
     if (a.settings_file) read.push_back(*a.settings_file);
     if (a.movie) written.push_back(*a.movie);
     if (a.stats) written.push_back(*a.stats);
     if (a.graph) written.push_back(*a.graph);
-    if (a.log) written.push_back(*a.log);
+    if (a.log.file) written.push_back(*a.log.file);
     check_files(read, written);
 }
 
 void add_light_options(Options& options, ViewArguments& a) {
     options.group("Light");
     options.settings(a.settings);
-    add_environment_options(options, a);
-    add_variant_option(options, a.variant);
-    add_line_width_option(options, a.line_width);
+    add_environment_options(options, a.choice);
+    add_variant_option(options, a.choice.variant);
+    add_line_width_option(options, a.choice.line_width);
     add_edit_options(options, a);
 }
 
 void add_render_options(CLI::App& app, RenderArguments& a) {
     app.allow_extras();
-    app.add_option("SCENE", a.scene, "glTF 2.0 scene, .gltf or .glb; --demo replaces it")->type_name("");
+    app.add_option("SCENE", a.choice.scene, "glTF 2.0 scene, .gltf or .glb; --demo replaces it")->type_name("");
     app.add_option("OUTPUT", a.outputs, ".exr: scene-linear, with layers; .png, .jpg, .tif: through the view transform")
         ->type_name("");
     Options options(app);
@@ -338,32 +301,36 @@ void add_render_options(CLI::App& app, RenderArguments& a) {
     add_file_options(options, a);
     add_display_file_options(options, a);
     add_run_options(options, a);
+    // A run of all frames makes the movie from the .png files of the parts. Movies have no alpha.
+    for (const char* other : {"--part", "--check", "--transparent"}) options.alternatives({"--movie", other});
+    for (const char* other : {"--frames", "--turntable"}) options.alternatives({other, "--frame"});
+    options.alternatives({"--frames", "--dump-graph"});
+    options.alternatives({"--check", "--overwrite"});
 }
 
 void finish_render_options(const CLI::App& app, RenderArguments& a) {
     check_leftovers(app, "halflight " + app.get_name());
-    check_log_options(app);
     take_demo_scene(app, a);
     take_scene_among_outputs(a);
-    if (a.turntable > 0 && a.frames.empty()) {
-        a.frames.resize(static_cast<std::size_t>(a.turntable));
-        std::iota(a.frames.begin(), a.frames.end(), a.frame_offset);
+    if (a.view.turntable > 0 && a.frames.empty()) {
+        a.frames.resize(static_cast<std::size_t>(a.view.turntable));
+        std::iota(a.frames.begin(), a.frames.end(), a.choice.frame_offset);
     }
     check_render_files(a);  // precedes reading: the settings file may be one of the files
     take_size_options(app, a);
     if (a.settings_file) use_settings(app, a);
     // Pipelines that write .exr files mean the camera of the file, whatever it shows at first.
-    a.replace_blind = !a.camera && !a.animation && a.frames.empty() && !a.settings.optics.traced() &&
-                      a.settings.backfaces != Backfaces::show &&
-                      std::ranges::none_of(a.outputs, [](const auto& path) { return has_extension(path, "exr"); });
+    a.view.replace_blind = !a.view.camera && !a.choice.animation && a.frames.empty() && !a.settings.optics.traced() &&
+                           a.settings.backfaces != Backfaces::show &&
+                           std::ranges::none_of(a.outputs, [](const auto& path) { return has_extension(path, "exr"); });
     if ((a.settings.time_limit > 0 || a.settings.error) && app.count("--samples") == 0)
         a.settings.samples = kMaxSamples;
     take_sample_parts(app, a);
     check(a, app);
     a.fstop_needs_focus = app.count("--fstop") > 0 && !wants_view(a);
-    a.picture_bytes = picture_bytes(a);
-    a.mip_levels = a.settings.texture_lod;
-    if (!a.frames.empty() && !a.animation) a.animation = "all";
+    a.choice.picture_bytes = picture_bytes(a);
+    a.choice.mip_levels = a.settings.texture_lod;
+    if (!a.frames.empty() && !a.choice.animation) a.choice.animation = "all";
 }
 
 }  // namespace halflight

@@ -18,18 +18,19 @@ bool has_exr(const RenderArguments& a) {
 }
 
 bool wants_view(const RenderArguments& a) {
-    return a.movie || std::ranges::any_of(a.outputs, [&](const auto& path) { return holds_view(path, a.tiff); });
+    return a.movie || std::ranges::any_of(a.outputs, [&](const auto& path) { return holds_view(path, a.output.tiff); });
 }
 
 LoadedScene load_scene(const RenderArguments& a, const Console& console) {
     std::optional<ProgressDisplay> display;
     Stopwatch watch;
-    SceneChoice choice = a;
+    SceneChoice choice = a.choice;
     if (!has_exr(a)) choice.edits.light_groups.clear(), choice.edits.each_light = false;  // no file takes their layers
     choice.packing = [&](double share) {
-        if (const int signal = stop_signal()) throw Interrupted(signal, a.scene.string(), "not converted: interrupted");
+        if (const int signal = stop_signal())
+            throw Interrupted(signal, a.choice.scene.string(), "not converted: interrupted");
         if (!display) {
-            display.emplace(stderr, progress_form(a.quiet()), 0);
+            display.emplace(stderr, progress_form(a.log.quiet()), 0);
             watch = Stopwatch();
         }
         display->show(share, watch.seconds());
@@ -39,9 +40,9 @@ LoadedScene load_scene(const RenderArguments& a, const Console& console) {
         console.pass(kind, line);
     });
     std::error_code unknown;
-    if (const auto saved = settings_file_of(a.scene); !a.settings_file && exists(saved, unknown))
+    if (const auto saved = settings_file_of(a.choice.scene); !a.settings_file && exists(saved, unknown))
         log.note("{} is not used; --settings reads it", saved.string());
-    return LoadedScene(std::move(choice), a, log);
+    return LoadedScene(std::move(choice), a.view, log);
 }
 
 RenderSettings make_settings(const RenderArguments& a, const Camera& chosen) {
@@ -75,7 +76,7 @@ gpu::ContextOptions device_options(const RenderArguments& a) {
 void check_color(const ColorConfig& config, const RenderArguments& a, const Console& console) {
     if (wants_view(a)) config.view(a.settings.view);
     try {
-        const LinearSpace space = working_space(config, a.working_space);
+        const LinearSpace space = working_space(config, a.output.working_space);
         if (!space.chromaticities)
             console.warn(
                 "--working-space: no primaries describe \"{}\", which does not map white to white, so files "

@@ -20,7 +20,7 @@ std::string counted(std::size_t frames) {
 }  // namespace
 
 void run_sequence(const RenderArguments& a) {
-    const Console console(a.log_level);
+    const Console console(a.log.level);
     const std::size_t frames = part_of(a.frames, a.part).size();
     if (frames == 0) {
         console.note("there are fewer frames than parts: none in part {} of {}", a.part.number, a.part.of);
@@ -33,7 +33,7 @@ void run_sequence(const RenderArguments& a) {
                                   .stats = a.stats,
                                   .overwrite = a.overwrite,
                                   .checkpoint = a.checkpoint,
-                                  .output = a};
+                                  .output = a.output};
     if (!a.check) check_outputs(options);
     RendererOptions renderer{.device = device_options(a), .colors = ColorConfig::load(a.ocio), .shutter = a.shutter};
     check_color(*renderer.colors, a, console);
@@ -55,7 +55,7 @@ void run_sequence(const RenderArguments& a) {
     std::optional<SequenceDisplay> display;
     SequenceEvents events;
     events.started = [&](std::size_t todo) {
-        display.emplace(stderr, progress_form(a.quiet(), a.json_progress), todo, settings.time_limit);
+        display.emplace(stderr, progress_form(a.log.quiet(), a.json_progress), todo, settings.time_limit);
         clock = Stopwatch();
     };
     events.progress = [&](std::uint32_t frame, const RenderProgress& progress) {

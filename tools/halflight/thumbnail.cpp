@@ -31,8 +31,8 @@ void end_process(int) {
 /// take any amount of both.
 void limit_process(const ThumbnailArguments& a) {
     fmt::format_to_n(out_of_time, sizeof out_of_time - 1,
-                     "halflight: {:.400}: not rendered within {} s, which --limit can change\n", a.scene.string(),
-                     a.limit);
+                     "halflight: {:.400}: not rendered within {} s, which --limit can change\n",
+                     a.choice.scene.string(), a.limit);
     std::signal(SIGALRM, end_process);
     alarm(static_cast<unsigned>(a.limit));
     MemoryLedger& ledger = MemoryLedger::process();
@@ -46,12 +46,12 @@ void limit_process(const ThumbnailArguments& a) {
 }  // namespace
 
 void add_thumbnail_options(CLI::App& app, ThumbnailArguments& a) {
-    app.add_option("SCENE", a.scene, "glTF 2.0 scene, .gltf or .glb")->type_name("")->required();
+    app.add_option("SCENE", a.choice.scene, "glTF 2.0 scene, .gltf or .glb")->type_name("")->required();
     app.add_option("OUTPUT", a.outputs, "picture: .png, .jpg or .tif")->type_name("")->required()->expected(1);
     a.settings.denoise = true;
     a.settings.samples = 64;
     a.settings.time_limit = 1;
-    a.in_memory = true;
+    a.choice.in_memory = true;
     a.needs_surfaces = true;
     Options options(app);
     options.group("Picture");
@@ -69,12 +69,11 @@ void add_thumbnail_options(CLI::App& app, ThumbnailArguments& a) {
         "--memory", "SIZE",
         fmt::format("memory that the program may take; larger scenes are refused (default {})", text_of_bytes(a.bytes)),
         [&](const auto& name, const auto& text) { a.bytes = size_of_text(name, text); });
-    add_log_options(options, a);
+    add_log_options(options, a.log);
 }
 
 void finish_thumbnail_options(const CLI::App& app, ThumbnailArguments& a) {
     check_leftovers(app, "halflight thumbnail");
-    check_log_options(app);
     // Some file managers want a temporary file without an extension, or a hidden one such as
     // .gnome_desktop_thumbnail.X.
     const bool temporary = !is_picture_name(a.outputs[0]) && a.outputs[0].filename().string().starts_with(".");
@@ -83,8 +82,8 @@ void finish_thumbnail_options(const CLI::App& app, ThumbnailArguments& a) {
     if (!is_picture_name(a.outputs[0]) || has_exr(a))
         throw UsageError(a.outputs[0].string(), "a thumbnail is a .png, .jpg or .tif");
     check_render_files(a);
-    a.replace_blind = true;
-    a.picture_bytes = picture_bytes(a);
+    a.view.replace_blind = true;
+    a.choice.picture_bytes = picture_bytes(a);
 }
 
 void run_thumbnail(const ThumbnailArguments& a) {

@@ -48,7 +48,9 @@ void lens(PanelContext& c) {
     heading("Lens");
     Lens& lens = c.session.transform.camera.lens;
     bool blurs = lens.blurs();
-    if (checkbox("Depth of field", blurs, "blurs what is out of focus; L focuses on the surface under the mouse"))
+    const auto blur = [](RenderSettings& s) { s.camera.lens = {.aperture = 1, .focus = {.kind = Focus::Kind::point}}; };
+    if (checkbox("Depth of field", blurs, "blurs what is out of focus; L focuses on the surface under the mouse",
+                 c.session.against(blur)))
         c.session.set_depth_of_field(blurs);
     if (button(c.now.picking ? "Click into the picture ..." : "Pick focus",
                "focuses on the surface that is clicked next, as does L under the mouse"))

@@ -22,7 +22,7 @@ int main(int argc, char** argv) {
         const auto arguments = parse_view_arguments(static_cast<int>(words.size()), words.data());
         if (const auto* help = std::get_if<Help>(&arguments)) std::puts(help->text.c_str());
         if (const auto* preview = std::get_if<PreviewArguments>(&arguments)) {
-            if (preview->log) open_log(*preview->log);
+            if (preview->log.file) open_log(*preview->log.file);
             gpu::prepare_process();
             view::Viewer(*preview).run();
             check_log();

@@ -27,12 +27,11 @@ void modes(PanelContext& c) {
     PreviewModes& modes = c.session.modes;
     heading("Preview modes");
     faint_text("Biased: less noise in early pictures. All but the clamp fade out as samples are added.");
-    ImGui::BeginDisabled(modes.denoise);  // it starts from unbiased samples
     for (const PreviewMode& mode : known_preview_modes()) {
         if (mode.flag == &Preview::filter) continue;  // one of the choices above
-        checkbox(mode.description, modes.preview.*mode.flag, "a bias, which the window names");
+        checkbox(mode.description, modes.preview.*mode.flag, "a bias, which the window names",
+                 c.session.against([&](RenderSettings& s) { s.preview.*mode.flag = true; }));
     }
-    ImGui::EndDisabled();
     bool clamped = modes.clamp > 0;
     if (checkbox("Clamp indirect light", clamped, setting("clamp").help)) {
         if (!clamped) c.session.switched_off.clamp = modes.clamp;

@@ -17,12 +17,12 @@
 namespace halflight::view {
 
 Session::Session(const PreviewArguments& arguments, ColorConfig colors, Opened opened)
-    : console_(arguments.log_level), colors_(std::move(colors)) {
+    : console_(arguments.log.level), colors_(std::move(colors)) {
     open(std::move(opened));
 }
 
 Session::Session(const PreviewArguments& arguments, ColorConfig colors)
-    : Session(arguments, colors, load_with_settings(arguments, colors, Console(arguments.log_level))) {}
+    : Session(arguments, colors, load_with_settings(arguments, colors, Console(arguments.log.level))) {}
 
 SavedSettings Session::document() const {
     SavedSettings document = saved({0, 0});
@@ -40,13 +40,13 @@ std::optional<std::function<Session::Opened()>> Session::restore(const SavedSett
     modes = {document.settings.preview, document.settings.clamp, document.settings.backfaces,
              document.settings.denoise};
     bookmarks = document.bookmarks;
-    if (document.variant != arguments_.variant) {
-        const EnvironmentChoice before = std::exchange(arguments_.environment, document.environment);
+    if (document.variant != arguments_.choice.variant) {
+        const EnvironmentChoice before = std::exchange(arguments_.choice.environment, document.environment);
         auto opening = dressing(document.variant);  // with the environment of the document
-        arguments_.environment = before;
+        arguments_.choice.environment = before;
         return opening;
     }
-    if (!(document.environment == arguments_.environment)) return lighting(document.environment);
+    if (!(document.environment == arguments_.choice.environment)) return lighting(document.environment);
     return std::nullopt;
 }
 
@@ -204,6 +204,15 @@ void Session::set_depth_of_field(bool on) {
     }
 }
 
+const Constraint* Session::against(const std::function<void(RenderSettings&)>& change) const {
+    RenderSettings settings;
+    settings.camera = camera_with_lens();
+    settings.denoise = modes.denoise, settings.preview = modes.preview;
+    if (broken_constraint(settings)) return nullptr;
+    change(settings);
+    return broken_constraint(settings);
+}
+
 Denoising Session::denoising() const {
     return modes.denoise ? Denoising::always : modes.preview.filter ? Denoising::preview : Denoising::off;
 }
@@ -320,10 +329,11 @@ SavedSettings Session::saved(const ivec2& size) const {
     s.settings.clamp = modes.clamp;
     s.settings.denoise = modes.denoise && samples >= 2;  // `halflight render` needs two samples to denoise, too
     s.settings.backfaces = modes.backfaces;
-    s.variant = arguments_.variant;
-    s.line_width = arguments_.line_width;
-    s.environment = arguments_.environment;
-    if (scene_->environment.name == halflight::name(SkyPreset::neutral)) s.light_azimuth = arguments_.light_azimuth;
+    s.variant = arguments_.choice.variant;
+    s.line_width = arguments_.choice.line_width;
+    s.environment = arguments_.choice.environment;
+    if (scene_->environment.name == halflight::name(SkyPreset::neutral))
+        s.light_azimuth = arguments_.choice.light_azimuth;
     s.edits = edits;
     if (!timeline_.playing.empty() || timeline_.frame > 0)
         s.moment = {{timeline_.animation, timeline_.frame, timeline_.rate}};

@@ -10,6 +10,7 @@
 
 #include "api/halflight/loaded_scene.h"
 #include "api/halflight/settings_file.h"
+#include "engine/settings/constraints.h"
 #include "tools/cli/console.h"
 #include "tools/cli/picture_arguments.h"
 #include "tools/view/layer_view.h"
@@ -171,8 +172,8 @@ class Session {
     /// Returns a function that loads the scene with another material variant ("": the file's own materials), on any
     /// thread. Camera and settings stay. The function throws Error for unknown variants.
     std::function<Opened()> dressing(const std::string& variant) const;
-    const EnvironmentChoice& environment() const { return arguments_.environment; }
-    const std::string& variant() const { return arguments_.variant; }
+    const EnvironmentChoice& environment() const { return arguments_.choice.environment; }
+    const std::string& variant() const { return arguments_.choice.variant; }
     const std::vector<std::string>& variants() const { return variants_; }
     /// Returns what undo and redo restore: the settings to save, without camera, size and frame.
     SavedSettings document() const;
@@ -204,6 +205,9 @@ class Session {
     void focus_lens(const dvec2& point, const ivec2& size);
     /// Switches depth of field on, with the focus and the aperture that it had, or off. The exposure stays.
     void set_depth_of_field(bool on);
+    /// Returns the row of constraints that a change of the picture's settings would break; null: none, or a row is
+    /// broken already.
+    const Constraint* against(const std::function<void(RenderSettings&)>& change) const;
     Denoising denoising() const;
     void set_denoising(Denoising denoising);  ///< Sets the member `modes`.
     /// Lets ISO, shutter speed and f-number decide the exposure, or ends this. The depth of field stays.

@@ -19,15 +19,15 @@ namespace {
 /// Opens the scene's file and returns the timeline of its animations. Throws Error.
 Timeline timeline_of(const PreviewArguments& a, const Console& console) {
     Timeline t;
-    t.file = std::make_shared<SceneFile>(a.scene, gltf_options(a));
-    t.animation = a.animation.value_or("none");
+    t.file = std::make_shared<SceneFile>(a.choice.scene, gltf_options(a.choice));
+    t.animation = a.choice.animation.value_or("none");
     try {
         t.animations = titles(t.file->gltf().animations());
     } catch (const Error& error) {
         if (t.animation != "none") throw;
         console.warn("{}", error.what());  // the scene at rest can still be shown
     }
-    if (!t.animations.empty()) t.file->set_frame_rate(a.frame_rate, console);
+    if (!t.animations.empty()) t.file->set_frame_rate(a.choice.frame_rate, console);
     t.file->play(t.animation, console);
     t.rate = t.file->frame_rate();
     t.playing = t.file->playing();
@@ -36,7 +36,7 @@ Timeline timeline_of(const PreviewArguments& a, const Console& console) {
 
 /// Lets the neutral light keep the azimuth of the first camera.
 void fix_light(PreviewArguments& a, const Scene& scene) {
-    if (!a.light_azimuth) a.light_azimuth = azimuth_of_light(scene, a);
+    if (!a.choice.light_azimuth) a.choice.light_azimuth = azimuth_of_light(scene, a.view);
 }
 
 /// Poses the reference at 0 s of the animation that plays. The new scene takes the images of `images`.
@@ -46,17 +46,17 @@ void take_reference(Session::Opened& o, const Scene& images, const Console& cons
     o.own_environment = std::make_shared<const Environment>(scene.environment);
     o.lit_elsewhere = t.file->drives_light();
     fix_light(o.arguments, scene);
-    const bool chosen = !std::holds_alternative<std::monostate>(o.arguments.environment);
+    const bool chosen = !std::holds_alternative<std::monostate>(o.arguments.choice.environment);
     if (chosen && o.reference)
         scene.environment = o.reference->environment, take_sun(scene, *o.reference);  // avoids reading its file again
     else
-        set_environment(scene, o.arguments.environment, console,
+        set_environment(scene, o.arguments.choice.environment, console,
                         {.lit_elsewhere = o.lit_elsewhere,
-                         .lamps = o.arguments.lamps,
-                         .camera = free_camera(scene, o.arguments),
-                         .azimuth = *o.arguments.light_azimuth});
+                         .lamps = o.arguments.choice.lamps,
+                         .camera = free_camera(scene, o.arguments.view),
+                         .azimuth = *o.arguments.choice.light_azimuth});
     o.reference_tree = std::make_shared<const SceneTree>(t.file->tree_at(0));
-    check_edits(o.arguments.edits, scene, *o.reference_tree, o.arguments.edits_source);
+    check_edits(o.arguments.choice.edits, scene, *o.reference_tree, o.arguments.choice.edits_source);
     o.reference = std::make_shared<const Scene>(std::move(scene));
     o.scene.reset();
     t.last = last_frame(t.file->end(), t.rate);
@@ -99,13 +99,13 @@ void load_whole(Session::Opened& opened, const Console& console) {
 
 /// Loads a scene whose geometry is in pages. Nothing can be picked in it.
 void load_pages(Session::Opened& opened, const Console& console) {
-    SceneChoice choice = opened.arguments;
+    SceneChoice choice = opened.arguments.choice;
     // RendererCache applies edits; pages refuse those that move surfaces.
     choice.edits = surface_edits(choice.edits);
     if (std::exchange(choice.animation, std::nullopt)) console.note("animations do not play with pages");
-    const LoadedScene loaded(choice, opened.arguments, console);
+    const LoadedScene loaded(choice, opened.arguments.view, console);
     opened.reference_tree = opened.tree = std::make_shared<const SceneTree>(loaded.tree());
-    check_edits(opened.arguments.edits, loaded.scene(), *opened.tree, opened.arguments.edits_source);
+    check_edits(opened.arguments.choice.edits, loaded.scene(), *opened.tree, opened.arguments.choice.edits_source);
     opened.reference = opened.scene = std::make_shared<const Scene>(loaded.scene());
     fix_light(opened.arguments, *opened.reference);
     opened.pages = loaded.pages();
@@ -137,7 +137,7 @@ std::uint32_t last_frame(double end, const FrameRate& rate) {
 }
 
 std::function<Session::Opened()> Session::starting(const PreviewArguments& arguments, const ColorConfig& colors) {
-    return [arguments, colors] { return load_with_settings(arguments, colors, Console(arguments.log_level)); };
+    return [arguments, colors] { return load_with_settings(arguments, colors, Console(arguments.log.level)); };
 }
 
 Session::Opened Session::load_with_settings(PreviewArguments a, const ColorConfig& colors, const Console& console) {
@@ -163,35 +163,35 @@ Session::Opened Session::load(const PreviewArguments& a, const ColorConfig& colo
     opened.arguments = a;
     colors.view(a.settings.view);  // throws for an unknown view transform
     load_whole_or_paged(
-        a, [&] { load_whole(opened, console); }, [&] { load_pages(opened, console); });
+        a.choice, [&] { load_whole(opened, console); }, [&] { load_pages(opened, console); });
     if (a.settings.optics.traced()) {
         opened.warning = fmt::format("the viewer shows the camera itself, not {}", text(a.settings.optics));
         console.note("{}", opened.warning);
     }
     const Timeline& timeline = opened.timeline;
-    CameraChoice choice = a;
-    choice.replace_blind = !a.camera;
+    CameraChoice choice = a.view;
+    choice.replace_blind = !a.view.camera;
     ChosenCamera chosen = choose_camera(*opened.reference, choice);
     if (!chosen.warning.empty()) console.warn("{}", chosen.warning);
     if (chosen.index) chosen.camera = timeline.cameras[*chosen.index];
     with_lens(chosen.camera, a.settings.view.camera.lens);  // throws for a lens that cannot be used
     const WorldBounds box = world_bounds(*opened.scene);
     opened.diagonal = box.empty() || box.lower == box.upper ? 1 : glm::length(box.upper - box.lower);
-    const Picker moved = opened.pages
-                             ? *opened.picker
-                             : opened.picker->with_instances(moved_instances(*opened.scene, *opened.tree, a.edits));
+    const Picker moved =
+        opened.pages ? *opened.picker
+                     : opened.picker->with_instances(moved_instances(*opened.scene, *opened.tree, a.choice.edits));
     const double ahead = orbit_distance(chosen.camera, moved, *opened.scene);
-    opened.start = {a.pose && !chosen.index ? *a.pose : pose_of(chosen.camera, ahead), chosen.index};
+    opened.start = {a.view.pose && !chosen.index ? *a.view.pose : pose_of(chosen.camera, ahead), chosen.index};
     return opened;
 }
 
 std::function<Session::Opened()> Session::opening(const std::filesystem::path& path) const {
     if (has_extension(path, "glb") || has_extension(path, "gltf")) {
         PreviewArguments a;
-        a.scene = path;
-        a.allow_outside = arguments_.allow_outside;
+        a.choice.scene = path;
+        a.choice.allow_outside = arguments_.choice.allow_outside;
         a.device = arguments_.device;
-        a.log_level = arguments_.log_level;
+        a.log.level = arguments_.log.level;
         a.settings.samples = samples;
         a.settings.preview = modes.preview;
         a.settings.clamp = modes.clamp;
@@ -208,17 +208,17 @@ std::function<Session::Opened()> Session::opening(const std::filesystem::path& p
 
 std::function<Session::Opened()> Session::lighting(const EnvironmentChoice& environment) const {
     Opened opened = now();
-    opened.arguments.environment = environment;
+    opened.arguments.choice.environment = environment;
     return [opened, console = console_]() mutable {
         Timeline& timeline = opened.timeline;
         if (timeline.file) timeline.file->play(timeline.animation, Log());  // posing() may have failed for another one
         Scene other = *opened.reference;
         other.environment = *opened.own_environment;
-        set_environment(other, opened.arguments.environment, console,
+        set_environment(other, opened.arguments.choice.environment, console,
                         {.lit_elsewhere = opened.lit_elsewhere,
-                         .lamps = opened.arguments.lamps,
-                         .camera = free_camera(other, opened.arguments),
-                         .azimuth = *opened.arguments.light_azimuth});
+                         .lamps = opened.arguments.choice.lamps,
+                         .camera = free_camera(other, opened.arguments.view),
+                         .azimuth = *opened.arguments.choice.light_azimuth});
         opened.reference = std::make_shared<const Scene>(std::move(other));
         take_frame(opened, opened.timeline.frame);
         return opened;
@@ -227,10 +227,10 @@ std::function<Session::Opened()> Session::lighting(const EnvironmentChoice& envi
 
 std::function<Session::Opened()> Session::dressing(const std::string& variant) const {
     PreviewArguments a = arguments_;
-    a.variant = variant;
-    a.edits = edits;
-    a.edits_source.clear();
-    a.animation = timeline_.animation;
+    a.choice.variant = variant;
+    a.choice.edits = edits;
+    a.choice.edits_source.clear();
+    a.choice.animation = timeline_.animation;
     a.settings.frame = timeline_.frame;
     return [a, colors = colors_, console = console_] {
         Opened opened = load(a, colors, console);
@@ -257,8 +257,8 @@ std::function<Session::Opened()> Session::posing(const std::string& animation, s
 
 Session::Opened Session::now() const {
     PreviewArguments arguments = arguments_;
-    arguments.edits = edits;
-    arguments.edits_source.clear();
+    arguments.choice.edits = edits;
+    arguments.choice.edits_source.clear();
     return {std::move(arguments),
             reference_,
             scene_,
@@ -280,7 +280,7 @@ void Session::open(Opened opened) {
         opened.arguments.settings_version = arguments_.settings_version;
     }
     arguments_ = std::move(opened.arguments);
-    file_ = arguments_.scene;
+    file_ = arguments_.choice.scene;
     reference_ = std::move(opened.reference), scene_ = std::move(opened.scene), picker_ = std::move(opened.picker);
     reference_tree_ = std::move(opened.reference_tree), tree_ = std::move(opened.tree);
     own_environment_ = std::move(opened.own_environment);
@@ -290,7 +290,7 @@ void Session::open(Opened opened) {
     pages_ = std::move(opened.pages);
     timeline_ = std::move(opened.timeline);
     diagonal_ = opened.diagonal;
-    if (opened.start) edits = arguments_.edits, selection = {}, region.reset(), switched_off = {};
+    if (opened.start) edits = arguments_.choice.edits, selection = {}, region.reset(), switched_off = {};
     find_references(opened.start.has_value());
     if (!opened.start) return follow_camera();
     warning_ = std::move(opened.warning);

@@ -15,7 +15,7 @@ namespace {
 class SceneFacts {
   public:
     SceneFacts(const PreviewArguments& plain, const ColorConfig& colors)
-        : file_(plain.scene, gltf_options(plain)),
+        : file_(plain.choice.scene, gltf_options(plain.choice)),
           colors_(colors),
           scene_(file_.at_rest()),
           tree_(file_.tree_at(0, {})) {}
@@ -23,14 +23,15 @@ class SceneFacts {
     /// Throws Error if the arguments do not suit the scene.
     void check(const PreviewArguments& a) {
         colors_.view(a.settings.view);
-        if (!a.variant.empty() && std::ranges::find(file_.variants(), a.variant) == file_.variants().end())
-            throw Error(a.scene.string(), "there is no material variant '{}'", a.variant);
-        if (a.animation) choose_animations(file_, a.scene, *a.animation, Log());
+        if (!a.choice.variant.empty() &&
+            std::ranges::find(file_.variants(), a.choice.variant) == file_.variants().end())
+            throw Error(a.choice.scene.string(), "there is no material variant '{}'", a.choice.variant);
+        if (a.choice.animation) choose_animations(file_, a.choice.scene, *a.choice.animation, Log());
         Scene lit = scene_;
-        if (!std::holds_alternative<std::monostate>(a.environment))
-            set_environment(lit, a.environment, Log(), {.lit_elsewhere = true});
-        check_edits(a.edits, lit, tree_, a.edits_source);
-        with_lens(choose_camera(scene_, a).camera, a.settings.view.camera.lens);
+        if (!std::holds_alternative<std::monostate>(a.choice.environment))
+            set_environment(lit, a.choice.environment, Log(), {.lit_elsewhere = true});
+        check_edits(a.choice.edits, lit, tree_, a.choice.edits_source);
+        with_lens(choose_camera(scene_, a.view).camera, a.settings.view.camera.lens);
     }
 
   private:

@@ -55,7 +55,7 @@ Viewer::Viewer(const PreviewArguments& arguments)
       panels_shown_(!scripted()),
       colors_(ColorConfig::load(arguments.ocio)),
       processor_(colors_.view({})),
-      window_(one_line(fmt::format("halflight: {}", arguments.scene.filename().string()))),
+      window_(one_line(fmt::format("halflight: {}", arguments.choice.scene.filename().string()))),
       gui_(window_, arguments.ui_scale),
       picture_size_(*arguments.width, *arguments.height),
       fills_window_(!arguments.chose_size),
@@ -71,7 +71,7 @@ Viewer::Viewer(const PreviewArguments& arguments)
     if (!scripted()) window_size_ = {0, 0};  // a picture that fills the window takes its size from the first frame on
     tell_of_settings();
     if (gui_.has_font()) return;
-    Console(arguments.log_level).warn("{}", kNoFont);
+    Console(arguments.log.level).warn("{}", kNoFont);
     tell(kNoFont);
 }
 
@@ -102,7 +102,7 @@ Session::Opened Viewer::load_first() {
             std::_Exit(early ? 1 : stop_signal() != 0 ? 128 + stop_signal() : 0);
         }
         const double seconds = now() - start;
-        std::string activity = fmt::format("loading {}", arguments_.scene.filename().string());
+        std::string activity = fmt::format("loading {}", arguments_.choice.scene.filename().string());
         if (seconds >= 1) activity += fmt::format(", {:.0f} s", seconds);
         gui_.begin();
         const Rectangle whole{{0, 0}, window_.framebuffer_size()};

@@ -205,9 +205,11 @@ bool wants_state_before_click() {
     return std::exchange(restored, false);
 }
 
-bool checkbox(const char* name, bool& value, const char* help) {
+bool checkbox(const char* name, bool& value, const char* help, const Constraint* against) {
+    ImGui::BeginDisabled(against);
     const bool changed = ImGui::Checkbox(name, &value);
-    tooltip(help);
+    ImGui::EndDisabled();
+    tooltip(against ? against->text().c_str() : help);
     return changed;
 }
 

@@ -195,23 +195,11 @@ RenderSettings good_settings() {
 }
 
 const Refusal kRefusals[] = {
-    {"adaptive sampling takes at least 16 samples", [](auto& s) { s.adaptive = true, s.samples = 15; }},
-    {"time limit only with an error target", [](auto& s) { s.adaptive = true, s.time_limit = 1; }},
-    {"adaptive sampling cannot be combined with a preview", [](auto& s) { s.adaptive = s.preview.filter = true; }},
-    {"adaptive sampling must begin with the first sample", [](auto& s) { s.adaptive = true, s.first_sample = 16; }},
-    {"adaptive sampling needs the sampler sobol",
-     [](auto& s) { s.adaptive = true, s.estimator.sampler = SamplePoints::blue_noise; }},
-    {"denoising cannot be combined with a preview", [](auto& s) { s.denoise = s.preview.filter = true; }},
-    {"error target cannot be combined with a preview",
-     [](auto& s) { s.error = ErrorTarget{}, s.preview.filter = true; }},
-    {"error target cannot be combined with a preview",
-     [](auto& s) { s.error = ErrorTarget{}, s.preview.cache = true; }},
     {"clamp", [](auto& s) { s.clamp = -1; }},
     {"radius", [](auto& s) { s.filter.radius = 0; }},
     {"radius", [](auto& s) { s.filter.radius = -1; }},
     {"radius", [](auto& s) { s.filter.radius = 17; }},
     {"radius", [](auto& s) { s.filter.radius = double(NAN); }},
-    {"depth of field", [](auto& s) { s.preview.temporal = true; }},
     {"lens: the focus must be at a positive distance", [](auto& s) { s.camera.lens.focus.distance = 0; }},
     {"lens: the focus must be at a positive distance", [](auto& s) { s.camera.lens.focus.distance = double(NAN); }},
     {"lens: an aperture", [](auto& s) { s.camera.lens.blades = 2; }},
@@ -221,15 +209,12 @@ const Refusal kRefusals[] = {
      }},
     {"orthographic",
      [](auto& s) { s.camera.orthographic = true, s.camera.lens.aperture = 0, s.camera.lens.fstop = 2; }},
-    {"preview mode temporal",
-     [](auto& s) { s.camera.lens = {}, s.camera.optics.projection = Projection::fisheye, s.preview.temporal = true; }},
     {"even height", [](auto& s) { s.camera.optics.stereo = Stereo::views, s.height = 17; }},
     {"even width", [](auto& s) { s.camera.optics.stereo = Stereo::side_by_side, s.width = 17; }},
     {"previous camera",
      [](auto& s) {
          s.camera.lens = {}, s.camera.optics.projection = Projection::panorama, s.previous_camera = Camera();
      }},
-    {"stereo views", [](auto& s) { s.camera.optics.stereo = Stereo::views, s.overscan = 2; }},
     {"a fisheye sees",
      [](auto& s) { s.camera.optics = {.projection = Projection::fisheye, .fisheye_fov = double(NAN)}; }},
 };

@@ -254,7 +254,7 @@ TEST_F(CheckpointTest, OtherPicturesAreRefused) {
     expect_refusal(path(), [&] { render(wide); });
     RenderSettings to_error = settings();
     to_error.samples = 64, to_error.error = ErrorTarget{}, to_error.adaptive = true;
-    EXPECT_NE(error_message([&] { render(to_error); }).find("checkpoints cannot be combined"), std::string::npos);
+    EXPECT_NE(error_message([&] { render(to_error); }).find("a checkpoint cannot be combined"), std::string::npos);
     { Checkpoint fresh(path(), "room", 1, Checkpoint::Use::anew); }
     EXPECT_FALSE(std::filesystem::exists(path())) << "an empty folder stays";
 }

@@ -19,10 +19,10 @@ std::map<std::string, std::string> facts(const SceneNeeds& scene, const FrameOpt
     return facts;
 }
 
-using Names = std::set<std::string>;
+using NameSet = std::set<std::string>;
 
-Names names(const std::map<std::string, std::string>& facts) {
-    Names names;
+NameSet names(const std::map<std::string, std::string>& facts) {
+    NameSet names;
     for (const auto& [name, fact] : facts) names.insert(name);
     return names;
 }
@@ -125,14 +125,14 @@ TEST(FrameNeeds, EverythingCanBeKept) {
     for (const FramePart& part : frame_needs({}, all).parts())
         EXPECT_NE(bool(part), part.name == std::string("radiance cache")) << part.name;
     EXPECT_EQ(names(facts({}, all)),
-              (Names{"environment map", "every light", "light tree", "radiance cache", "sun apart",
+              (NameSet{"environment map", "every light", "light tree", "radiance cache", "sun apart",
                      "double precision for slivers", "mip levels", "shadow catchers"}));
 }
 
 /// Returns the items that are needed in addition if one item is kept.
-Names brought_along(const SceneNeeds& scene, const std::string& item) {
-    Names all = names(facts(scene, {.runs = 1}));
-    const Names rest = names(facts(scene, {.runs = 1, .kept = Kept({item})}));
+NameSet brought_along(const SceneNeeds& scene, const std::string& item) {
+    NameSet all = names(facts(scene, {.runs = 1}));
+    const NameSet rest = names(facts(scene, {.runs = 1, .kept = Kept({item})}));
     EXPECT_TRUE(all.erase(item) == 1 && !rest.contains(item)) << item;
     std::erase_if(all, [&](const std::string& name) { return rest.contains(name); });
     return all;
@@ -142,8 +142,8 @@ TEST(LeftOut, ItemsAreKeptIndependently) {
     const SceneNeeds lit = plain_scene(), nothing;
     for (const char* alone : {"tile lists", "sums of squares", "clamp of indirect light", "vertex colours", "glossy",
                               "alpha tests", "instance transforms", "texture coordinates"})
-        EXPECT_EQ(brought_along(lit, alone), Names{}) << alone;
-    const std::tuple<SceneNeeds, const char*, Names> others[] = {
+        EXPECT_EQ(brought_along(lit, alone), NameSet{}) << alone;
+    const std::tuple<SceneNeeds, const char*, NameSet> others[] = {
         {lit, "glossy lobe", {"glossy"}},
         {lit, "tangents", {"texture coordinates"}},
         {lit, "coat normal maps", {"clearcoat", "glossy", "glossy lobe", "tangents", "texture coordinates"}},
@@ -159,7 +159,7 @@ TEST(LeftOut, ItemsAreKeptIndependently) {
 
 TEST(LeftOut, ListsWhatCanBeKept) {
     const std::vector<std::string> list = keepable_names();
-    const Names keepable(list.begin(), list.end()), all = names(facts({}, {.runs = 1}));
+    const NameSet keepable(list.begin(), list.end()), all = names(facts({}, {.runs = 1}));
     EXPECT_EQ(list.size(), keepable.size()) << "no name stands for two items";
     EXPECT_TRUE(std::ranges::includes(all, keepable));
     for (const std::string& name : all)

@@ -108,7 +108,7 @@ TEST_F(ViewSession, DepthOfFieldLeavesTheExposureAndKeepsItsFocus) {
 TEST_F(ViewSession, EachCameraOfTheSceneHasItsLens) {
     const TemporaryFolder folder;
     const PreviewArguments a = arguments_for(folder / "two.gltf");
-    test::write_text(a.scene, R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0, 1]}],
+    test::write_text(a.choice.scene, R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0, 1]}],
         "nodes": [{"camera": 0}, {"camera": 1}],
         "cameras": [{"name": "pinhole", "type": "perspective", "perspective": {"yfov": 1, "znear": 0.1}},
                     {"name": "lens", "type": "perspective", "perspective": {"yfov": 1, "znear": 0.1},
@@ -132,7 +132,7 @@ TEST_F(ViewSession, EachCameraOfTheSceneHasItsLens) {
 
 TEST_F(ViewSession, ScenesInPages) {
     const TemporaryFolder folder;
-    std::filesystem::copy_file(cornell().scene, folder / "cornell.glb");
+    std::filesystem::copy_file(cornell().choice.scene, folder / "cornell.glb");
     test::write_text(folder / "list.parts.json", R"({"parts": [{"uri": "cornell.glb"}]})");
     const test::EnvironmentVariable cache("XDG_CACHE_HOME", folder.path.string());
     PreviewArguments a = arguments_for(folder / "list.parts.json");
@@ -148,7 +148,7 @@ TEST_F(ViewSession, ScenesInPages) {
     paged.focus_lens({128, 256}, kSize);
     EXPECT_EQ(paged.request(kSize).camera.lens.focus,
               (Focus{.kind = Focus::Kind::point, .point = dvec2(128, 256) / dvec2(kSize)}));
-    a.edits.transforms[0] = dmat4(2);
+    a.choice.edits.transforms[0] = dmat4(2);
     EXPECT_NE(error_message([&] { Session(a, ColorConfig::load()); }).find("transforms"), std::string::npos);
 }
 
@@ -351,7 +351,7 @@ TEST_F(ViewSession, AFailedOpenChangesNothing) {
                 }).starts_with(settings_file_of(other).string() + ": halflight_settings: "));
     EXPECT_TRUE(session.request(kSize) == before);
     EXPECT_EQ(session.transform, ViewTransform());
-    EXPECT_EQ(session.file(), cornell().scene);
+    EXPECT_EQ(session.file(), cornell().choice.scene);
 }
 
 TEST_F(ViewSession, FilesAreReadOnAnyThreadAndOpenedLater) {
@@ -412,13 +412,13 @@ TEST_F(ViewSession, ChangesOfTheSettingsFileAreNoticed) {
 TEST_F(ViewSession, FramesAreOfTheScenesRateUnlessOneIsGiven) {
     TemporaryFolder folder;
     PreviewArguments a = arguments_for(test::write_sliding_light(folder.path, 30));  // an animation of 2 s
-    a.animation = "slide";
+    a.choice.animation = "slide";
     a.settings.frame = 45;
     const Session own(a, ColorConfig::load());
     EXPECT_EQ(own.timeline().rate, (FrameRate{30, 1}));
     EXPECT_EQ(own.timeline().last, 60u);
     EXPECT_NEAR(own.scene().instances.at(0).object_to_world[3].x, 1, 1e-6);
-    a.frame_rate = FrameRate{45, 1};
+    a.choice.frame_rate = FrameRate{45, 1};
     const Session given(a, ColorConfig::load());
     EXPECT_EQ(given.timeline().last, 90u);
     EXPECT_NEAR(given.scene().instances.at(0).object_to_world[3].x, 0, 1e-6);
@@ -430,7 +430,7 @@ TEST_F(ViewSession, TransformsMoveWhatIsPicked) {
     dmat4 nearer = session.scene().instances[still->instance].object_to_world;
     nearer[3] -= dvec4(0.1 * ahead.direction, 0);
     PreviewArguments a = cornell();
-    a.edits.transforms[still->instance] = nearer;
+    a.choice.edits.transforms[still->instance] = nearer;
     Session moved(a, ColorConfig::load());
     EXPECT_NEAR(glm::length(moved.pose().at - moved.pose().from), distance() - 0.1, 1e-6);
     ASSERT_TRUE(moved.focus({256, 256}, kSize));
@@ -441,8 +441,8 @@ TEST_F(ViewSession, TransformsMoveWhatIsPicked) {
 TEST_F(ViewSession, TransformsHoldInAllPoses) {
     TemporaryFolder folder;
     PreviewArguments a = arguments_for(test::write_sliding_light(folder.path));
-    a.animation = "slide";
-    a.edits.transforms[0] = dmat4(dvec4(1, 0, 0, 0), dvec4(0, 1, 0, 0), dvec4(0, 0, 1, 0), dvec4(7, 0, 0, 1));
+    a.choice.animation = "slide";
+    a.choice.edits.transforms[0] = dmat4(dvec4(1, 0, 0, 0), dvec4(0, 1, 0, 0), dvec4(0, 0, 1, 0), dvec4(7, 0, 0, 1));
     Session moved(a, ColorConfig::load());
     for (const char* animation : {"slide", "none"}) {
         moved.open(moved.posing(animation, 24)());
@@ -450,7 +450,7 @@ TEST_F(ViewSession, TransformsHoldInAllPoses) {
         for (const auto& [scene, tree] : {std::pair(r.reference, r.reference_tree), std::pair(r.scene, r.tree)}) {
             Scene edited = *scene;
             apply(r.edits, edited, *tree);
-            EXPECT_EQ(edited.instances.at(0).object_to_world, a.edits.transforms[0]) << animation;
+            EXPECT_EQ(edited.instances.at(0).object_to_world, a.choice.edits.transforms[0]) << animation;
         }
     }
 }
@@ -525,7 +525,7 @@ TEST(ViewTimeline, AnimationNamesAreUnambiguous) {
 TEST(ViewTimeline, DefaultCamerasAreThoseOfTheReference) {
     const TemporaryFolder folder;
     PreviewArguments a = arguments_for(write_hand(folder));
-    a.animation = "slide";
+    a.choice.animation = "slide";
     Session first(a, ColorConfig::load());
     a.settings.frame = 24;
     Session later(a, ColorConfig::load());
@@ -546,7 +546,7 @@ TEST(ViewTimeline, DefaultCamerasAreThoseOfTheReference) {
 TEST(ViewTimeline, EditsOfTheSunGoWithItsSky) {
     const TemporaryFolder folder;
     PreviewArguments a = arguments_for(test::write_blinking_scene(folder.path));
-    const std::string file = a.scene.string() + ".halflight.json";
+    const std::string file = a.choice.scene.string() + ".halflight.json";
     test::write_text(file, R"({"halflight_settings": 1, "environment": {"sky": {"elevation": 40}},
         "lights": {"sun": {"factor": 0.5}}, "hide": ["light:sun"], "light_groups": {"key": ["light:sun"]},
         "materials": {"gone": {"roughness": 1}}})");
@@ -564,7 +564,7 @@ TEST(ViewTimeline, EditsOfTheSunGoWithItsSky) {
 TEST(ViewSettings, EntriesThatDoNotSuitAreLeftOutAndNamed) {
     const TemporaryFolder folder;
     PreviewArguments a = arguments_for(test::copy_room(folder.path));
-    const std::string file = a.scene.string() + ".halflight.json";
+    const std::string file = a.choice.scene.string() + ".halflight.json";
     const auto opened = [&](const std::string& entries) {
         test::write_text(file, R"({"halflight_settings": 1)" + entries + "}");
         PreviewArguments own = a;
@@ -597,9 +597,9 @@ TEST(ViewSettings, EntriesThatDoNotSuitAreLeftOutAndNamed) {
     EXPECT_EQ(test::read_text(file), R"({"halflight_settings": 1)" + text + "}") << "opening writes nothing";
 
     // A wrong option is an error, although wrong entries of the file are not, and so is a file that is no JSON.
-    a.camera = "nobody";
+    a.view.camera = "nobody";
     EXPECT_NE(error_message([&] { opened(""); }).find("'nobody'"), std::string::npos);
-    a.camera.reset();
+    a.view.camera.reset();
     test::write_text(file, "{");
     EXPECT_TRUE(error_message([&] { take_settings(a); }).starts_with(file + ": "));
 }

@@ -15,8 +15,8 @@ inline constexpr ivec2 kSize(512, 512);
 
 inline PreviewArguments arguments_for(const std::filesystem::path& scene) {
     PreviewArguments a;
-    a.scene = scene;
-    a.log_level = LogLevel::error;
+    a.choice.scene = scene;
+    a.log.level = LogLevel::error;
     return a;
 }
 
