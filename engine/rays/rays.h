@@ -10,6 +10,7 @@
 #include "engine/graph/graph.h"
 #include "engine/rays/kinds.h"
 #include "engine/rays/packed_bvh.h"
+#include "engine/tables/needs.h"
 #include "engine/tables/tables.h"
 #include "shaders/shared/rays.h"
 
@@ -110,6 +111,10 @@ class TraceScene {
     TraceScene(const TraceScene&) = delete;
     TraceScene& operator=(const TraceScene&) = delete;
 
+    /// Describes a scene with these needs, for graphs that are compiled and never run. Needs no context. two_level:
+    /// TraceStatistics::two_level.
+    TraceScene(const SceneNeeds& needs, bool two_level);
+
     /// Makes empty buffers for a scene that is loaded in pages. Throws Error like the first constructor.
     explicit TraceScene(const PagedLayout& layout);
     /// Takes up another pose of a scene that is loaded in pages. The buffers keep their sizes and contents.
@@ -181,7 +186,8 @@ class TraceScene {
 /// Adds the passes that find the closest hit of each ray of the batch, and returns the hits: one Hit per path. With a
 /// list, other paths keep their hits. The closest hit lies in the open interval (t_min, t_max), on either side of a
 /// triangle but for RayBatch::backfaces; among equal t the lower (instance, triangle) wins. A miss has triangle kMiss
-/// and t +inf; a search that the driver cut short has t NaN. Throws Error where the driver cannot start so many rays.
+/// and t +inf; a search that the driver cut short has t NaN. Runs throw Error where the driver cannot start so many
+/// rays.
 graph::BufferHandle closest_hit(graph::Graph& graph, const TraceScene& scene, const RayBatch& batch,
                                 graph::BufferHandle hits);
 

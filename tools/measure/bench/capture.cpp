@@ -48,7 +48,7 @@ class Studio {
           size_(size),
           buffers_(tables, build_shading_tables(scene, tables)) {
         const std::size_t row_of_blocks = (static_cast<std::size_t>(size.x) + 15) / 16 * 256;
-        const std::size_t rows = context.limits().storage_block_bytes / buffers_.widest_record_bytes() / row_of_blocks;
+        const std::size_t rows = context.limits().storage_block_bytes / widest_record_bytes(buffers_) / row_of_blocks;
         band_ = {size, 0, std::min(static_cast<int>(std::clamp<std::size_t>(rows, 1, 4096)) * 16, size.y)};
     }
 

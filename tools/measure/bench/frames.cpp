@@ -18,6 +18,7 @@
 #include "renderer/frame_constants.h"
 #include "shaders/shared/path.h"
 #include "shaders/shared/pixel_order.h"
+#include "tools/measure/bench/graph_run.h"
 #include "tools/measure/bench/naive_tracer.h"
 
 namespace halflight::bench {
@@ -50,7 +51,7 @@ struct Subject {
           storage_block_bytes(context.limits().storage_block_bytes),
           bounces(order.bounces),
           band{order.size, 0, order.size.y} {
-        if (band.paths() * buffers.widest_record_bytes() > storage_block_bytes)
+        if (band.paths() * widest_record_bytes(buffers) > storage_block_bytes)
             throw Error("--size", "frames of {}x{} need more than one band of this driver", order.size.x, order.size.y);
     }
 
