@@ -1,6 +1,5 @@
 // Adaptive sampling of a picture with a given number of samples (passes/picture/adaptive.h).
 #include <algorithm>
-#include <utility>
 
 #include "engine/core/interruption.h"
 #include "passes/picture/adaptive.h"
@@ -22,19 +21,6 @@ Accumulated imported(graph::Graph& graph, const SumBuffers& sums) {
     all.groups = import(sums.groups);
     return all;
 }
-
-/// Leaves mattes out of the samples that are made during its lifetime.
-class WithoutMattes {
-  public:
-    explicit WithoutMattes(bool& adds_mattes) : adds_mattes_(adds_mattes), before_(std::exchange(adds_mattes, false)) {}
-    WithoutMattes(const WithoutMattes&) = delete;
-    WithoutMattes& operator=(const WithoutMattes&) = delete;
-    ~WithoutMattes() { adds_mattes_ = before_; }
-
-  private:
-    bool& adds_mattes_;
-    bool before_;
-};
 
 }  // namespace
 
@@ -62,17 +48,14 @@ std::vector<float> Renderer::State::pilot_errors(const FrameSettings& frame, int
     for (int b = 0; b < bands; ++b) {
         const Band where = band_at(b);
         CompiledBand& with = compiled(b);
-        {
-            const WithoutMattes without(with.sample.adds_mattes);
-            for (int done = from; done < to && !stopped; ++done) {
-                const auto sample = static_cast<std::uint32_t>(done);
-                add_sample(pilots, sample_view(pilots, where, sample, settings.estimator.sampler), with, with.sample);
-                stopped = !after_sample();
-            }
+        for (int done = from; done < to && !stopped; ++done) {
+            const auto sample = static_cast<std::uint32_t>(done);
+            add_sample(pilots, sample_view(pilots, where, sample, settings.estimator.sampler), with, SampleKind::pilot);
+            stopped = !after_sample();
         }
         if (stopped) return {};
         graph::Graph graph;
-        const graph::BufferHandle read = add_block_errors(graph, band, imported(graph, with.sample.sums), to, metric);
+        const graph::BufferHandle read = add_block_errors(graph, band, imported(graph, with.sums), to, metric);
         graph.output(read);
         composer.run(graph::compile(graph));
         const std::vector<float> of_band = composer.read<float>(read);
@@ -101,7 +84,7 @@ bool Renderer::State::add_listed(const FrameSettings& frame, SampleView sample, 
         sample.at = listed.at();
         const std::vector<SampledBlock> entries = listed.next_run();
         sampled_blocks->write(std::span<const SampledBlock>(entries));
-        add_sample(frame, sample, with, *with.listed);
+        add_sample(frame, sample, with, SampleKind::listed);
         go_on = after_run(1 - static_cast<double>(listed.left()) / all);
     }
     return go_on;
@@ -114,11 +97,11 @@ void Renderer::State::scale_sums(CompiledBand& with, std::span<const std::uint32
     graph::Graph graph;
     const auto doubles = [&](const gpu::Buffer* b) { return b ? b->bytes() / sizeof(double) / band.paths() : 0; };
     add_adaptive_mean(
-        graph, band, imported(graph, with.sample.sums),
+        graph, band, imported(graph, with.sums),
         {graph.import_buffer("numbers of samples", counts), graph.import_buffer("samples of the first half", first)},
-        static_cast<std::uint32_t>(wanted), doubles(with.sample.sums.halves), doubles(with.sample.sums.groups));
+        static_cast<std::uint32_t>(wanted), doubles(with.sums.halves), doubles(with.sums.groups));
     composer.run(graph::compile(graph));
-    with.sample.sums.first_half = wanted / 2;
+    with.sums.first_half = wanted / 2;
 }
 
 int Renderer::State::render_band_adaptively(const FrameSettings& frame, const Band& where, CompiledBand& with,
@@ -152,7 +135,7 @@ int Renderer::State::render_band_adaptively(const FrameSettings& frame, const Ba
     };
     const auto due = [&](bool go_on) { return !go_on || (inputs.checkpoint && inputs.checkpoint->due()); };
     while (first < from) {
-        guarded([&] { add_sample(frame, sample_of(static_cast<std::uint32_t>(first)), with, with.sample); });
+        guarded([&] { add_sample(frame, sample_of(static_cast<std::uint32_t>(first)), with, SampleKind::plain); });
         const int done = static_cast<int>(++first);
         const bool go_on = after_sample(done, frame.samples);
         if (due(go_on)) save_band(done);

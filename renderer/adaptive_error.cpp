@@ -99,7 +99,7 @@ void Renderer::State::render_to_error_adaptively(const FrameSettings& frame, std
         bool goes_on = true;
         Counts from = g.counts_of(counts, each == 0 ? 0 : kFirstLook);
         for (std::uint32_t i = 0; each == 0 && goes_on && i < kFirstLook; ++i) {  // samples of all pixels
-            add_sample(frame, view(i), with, with.sample);
+            add_sample(frame, view(i), with, SampleKind::plain);
             const Counts more(from.size(), i + 1);
             g.add(r, from, more);
             from = more;
@@ -114,7 +114,7 @@ void Renderer::State::render_to_error_adaptively(const FrameSettings& frame, std
             return go_on(all);
         });
         g.add(r, from, listed.taken());
-        if (goes_on) g.replicates.add(r, light(with.sample.sums));
+        if (goes_on) g.replicates.add(r, light(with.sums));
         return goes_on;
     };
 

@@ -8,7 +8,7 @@ void Renderer::State::save(Checkpoint& to, const Band& where, const CompiledBand
                            const PlanState& plan) {
     in_flight->drain();
     const auto bad_values = in_flight->counted().all();
-    const auto buffers = all_of(with.sample.sums);
+    const auto buffers = all_of(with.sums);
     const auto& layers = with.mattes->layers();
     const auto array = [&](std::size_t i) -> Checkpoint::Bytes {
         if (i < buffers.size()) return buffers[i] ? buffers[i]->read<std::byte>() : Checkpoint::Bytes();
@@ -20,7 +20,7 @@ void Renderer::State::save(Checkpoint& to, const Band& where, const CompiledBand
     to.save({.y = where.y,
              .rows = where.rows,
              .samples = done,
-             .first_half = with.sample.sums.first_half,
+             .first_half = with.sums.first_half,
              .complete = complete,
              .bad_values = {bad_values.begin(), bad_values.end()},
              .plan = plan.numbers},
@@ -31,8 +31,8 @@ std::optional<SavedBand> Renderer::State::restore(const FrameSettings& frame, co
                                                   PlanState& plan) {
     const Checkpoint& from = *inputs.checkpoint;
     bool fits = true;
-    executor.place(with.sample.compiled);
-    const auto buffers = all_of(sums_of(with.sample, 0));
+    executor.place(with.graphs.sample.compiled);
+    const auto buffers = all_of(sums_of(with.graphs.sample, 0));
     const auto take = [&](std::size_t i, const Checkpoint::Bytes& bytes) {
         if (i < buffers.size()) {
             fits = fits && bytes.size() == (buffers[i] ? buffers[i]->bytes() : 0);
@@ -60,7 +60,7 @@ std::optional<SavedBand> Renderer::State::restore(const FrameSettings& frame, co
         throw Error(from.folder().string(), "has {} counts of bad values, not {}", saved->bad_values.size(),
                     kBadValueCounts);
     in_flight->set_counted(std::span<const std::uint64_t, kBadValueCounts>(saved->bad_values));
-    with.sample.sums = sums_of(with.sample, saved->first_half);
+    with.sums = sums_of(with.graphs.sample, saved->first_half);
     plan.numbers = saved->plan;
     return saved;
 }

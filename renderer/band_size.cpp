@@ -6,35 +6,18 @@
 #include "engine/core/error.h"
 #include "engine/settings/denoiser_windows.h"
 #include "passes/surface/raster_window.h"
-#include "shaders/shared/ray_structs.h"
 
 namespace halflight {
 
-std::size_t most_paths_of_batch(const rays::Tracer& tracer, rays::RayKind kind, std::uint32_t rays, std::size_t bytes,
-                                const gpu::Limits& limits) {
-    constexpr std::uint32_t kPaths = 256;  // paths of a block: whole tiles of every size
-    rays::RayBatch batch;
-    batch.kind = kind;
-    batch.capacity = kPaths * rays;
-    if (kind == rays::RayKind::connection) batch.rays_of_path = rays;
-    const std::size_t lists = rays::tile_list_bytes(tracer.scene(), batch, tracer.tile_settings());
-    const std::size_t widest = std::max({lists, batch.capacity * sizeof(shared::Ray), kPaths * bytes});
-    return std::min(limits.storage_block_bytes / widest * kPaths,
-                    static_cast<std::size_t>(limits.workgroup_count) * 64 / rays);
-}
-
-Band first_band(const RenderSettings& s, const SceneBuffers& scene, std::size_t most_paths, const gpu::Limits& limits) {
-    const std::size_t in_groups = static_cast<std::size_t>(limits.workgroup_count) * 64;
-    const std::size_t in_blocks = limits.storage_block_bytes / scene.widest_record_bytes();
-    if (s.denoise)
-        for (const DenoiserWindow& w :
-             denoiser_windows(s.camera.optics, {s.width, s.height}, rendered_window(s, s.camera.optics)))
-            if (const int wide = w.size.x + 2 * w.margin; w.margin > 0 && wide > limits.texture_size)
-                throw Error("render settings",
-                            "{} pixels wide, as a panorama is denoised with its margins: the driver allows {} (--crop "
-                            "renders parts)",
-                            wide, limits.texture_size);
-    return first_band(s, std::min({s.band_pixels, most_paths, in_groups, in_blocks}), limits.texture_size);
+void check_denoiser_windows(const RenderSettings& s, int texture_size) {
+    if (!s.denoise) return;
+    for (const DenoiserWindow& w :
+         denoiser_windows(s.camera.optics, {s.width, s.height}, rendered_window(s, s.camera.optics)))
+        if (const int wide = w.size.x + 2 * w.margin; w.margin > 0 && wide > texture_size)
+            throw Error("render settings",
+                        "{} pixels wide, as a panorama is denoised with its margins: the driver allows {} (--crop "
+                        "renders parts)",
+                        wide, texture_size);
 }
 
 Band first_band(const RenderSettings& s, std::size_t paths, int texture_size) {

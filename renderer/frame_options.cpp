@@ -29,4 +29,15 @@ FrameOptions frame_options(const RenderSettings& settings, const Estimator& aske
             .preview = settings.preview};
 }
 
+FrameOptions cached_options(FrameOptions options) {
+    options.group_size = 1, options.group_size_piloted = false, options.radiance_cache = true;
+    return options;
+}
+
+FrameOptions listed_options(FrameOptions options) {
+    options.group_size = 1, options.group_size_piloted = false, options.camera_rays = 1, options.want_hits = false;
+    options.primary = PrimaryVisibility::traced;
+    return options;
+}
+
 }  // namespace halflight

@@ -5,20 +5,16 @@
 #include "engine/core/memory_ledger.h"
 #include "engine/paging/page_server.h"
 #include "engine/paging/row_gather.h"
+#include "passes/light/radiance_cache.h"
 #include "passes/picture/denoiser.h"
-#include "passes/picture/shadow_catcher.h"
-#include "passes/surface/raster_window.h"
+#include "renderer/band_graphs.h"
 #include "renderer/band_size.h"
 #include "renderer/film.h"
 #include "renderer/frame_options.h"
 #include "renderer/noisy_frame.h"
 #include "renderer/replicates.h"
-#include "shaders/shared/aov_record.h"
+#include "renderer/sample_queue.h"
 #include "shaders/shared/cache_cells.h"
-#include "shaders/shared/chain_records.h"
-#include "shaders/shared/light.h"
-#include "shaders/shared/path_state.h"
-#include "shaders/shared/ray_structs.h"
 
 namespace halflight {
 namespace {
@@ -29,7 +25,6 @@ constexpr std::size_t kMiB = std::size_t{1} << 20;
 constexpr std::size_t kLeastTilePool = 16 * kMiB;
 constexpr std::size_t kTexel = sizeof(vec4);
 constexpr std::size_t kReplicatesBytes = 3 * (sizeof(double) + kReplicates * sizeof(float));  // bytes per path
-constexpr std::size_t kLightSums = (4 + 6 + 6) * sizeof(double);  // bytes per path: emission, direct and indirect light
 /// Bytes per pixel of IdCoverage: a list head, and an entry for each visible object. Pixels at edges have several
 /// entries. Twice as many entries as pixels are more than the pictures of scenes/ have after many samples. A growing
 /// vector has room for twice as many again.
@@ -48,10 +43,6 @@ std::size_t mattes(const RenderSettings& s) {
     return static_cast<std::size_t>(std::ranges::count_if(s.aovs, is_matte));
 }
 
-bool wants_records(const RenderSettings& s) {
-    return asked_for(s, {Source::record}) || s.preview.temporal || neighbour_frames(s) > 0;
-}
-
 /// Replaces automatic choices by the most expensive choice of a pilot.
 void settle_for_most(Estimator& e) {
     if (e.reuse == Reuse::automatic) e.reuse = Reuse::sixteen;
@@ -59,77 +50,82 @@ void settle_for_most(Estimator& e) {
     if (e.shadow == ShadowRays::automatic) e.shadow = ShadowRays::eight;
 }
 
-/// Returns the band that software drivers allow. Other drivers may allow larger bands, but have device memory for them.
-Band band_of(const SceneNeeds& scene, const FrameNeeds& needs, const RenderSettings& s) {
-    constexpr std::size_t kBlock = 128 * kMiB;
-    std::size_t widest = std::max({scene.surface_record_bytes(), sizeof(shared::PathState), 6 * sizeof(double)});
-    if (needs.halves) widest = std::max(widest, needs.halves.path_bytes);
-    if (needs.light_groups) widest = std::max(widest, needs.light_groups.path_bytes);  // sum of its buffers
-    if (needs.reuse) widest = std::max(widest, std::size_t(s.estimator.reuse) * sizeof(shared::Ray));
-    if (needs.shadow) widest = std::max(widest, (std::size_t(s.estimator.shadow) + 1) * sizeof(shared::DirectLight));
-    constexpr int kTextureSize = 16384;
-    return first_band(s, std::min(s.band_pixels, kBlock / widest),
-                      std::max({kTextureSize, s.width, rendered_window(s, s.camera.optics).size().x}));
-}
+constexpr gpu::Buffer::Unmade kUnmade{};
+// Limits of software drivers. Others may allow larger bands, but have device memory for them.
+constexpr gpu::Limits kLimits{.storage_block_bytes = 128 * kMiB, .texture_size = 16384, .workgroup_count = 65535};
 
-/// Returns the bytes per path of the buffers of a band and of its sums. Few of these buffers share memory.
-std::size_t path_bytes(const SceneNeeds& scene, const FrameNeeds& needs, const RenderSettings& s) {
-    std::size_t bytes = scene.surface_record_bytes() + kLightSums;
-    for (const FramePart& part : needs.parts())
-        if (part) bytes += part.path_bytes;
-    // Rays to the sun and their light exist for the first surface and for later vertices of paths.
-    if (scene.sun) bytes += 2 * (sizeof(shared::Ray) + sizeof(shared::uint)) + sizeof(shared::DirectLight) + kTexel;
-    if (scene.receivers()) bytes += sizeof(shared::Receiver);
-    if (scene.sized_lights()) bytes += sizeof(shared::MetLamp);
-    if (scene.texture_levels) bytes += sizeof(vec2);
-    if (scene.volume) bytes += sizeof(vec4);
-    if (scene.catchers) bytes += kCatcherSums * sizeof(double) + std::size_t(s.estimator.shadow) * sizeof(shared::uint);
-    // Lists of rays that may meet panes: of shadow rays, of rays to the sun, and of scattered rays.
-    if (scene.panes) bytes += (std::size_t(s.estimator.shadow) + 2) * sizeof(shared::uint);
-    // Later vertices have records, which path reuse keeps in the memory of its rays.
-    if ((needs.diffuse || needs.glossy) && !needs.reuse) bytes += scene.surface_record_bytes();
-    // Runs of listed blocks trace camera rays.
-    if (s.adaptive) bytes += scene.surface_record_bytes() + sizeof(shared::Ray) + sizeof(shared::Hit);
-    if (s.preview.cache) bytes += kLightSums + sizeof(shared::CachePoint);
-    if (wants_records(s)) bytes += sizeof(shared::AovRecord);
-    if (needs.chains && neighbour_frames(s) > 0) bytes += sizeof(shared::ChainPlace);
-    if (asked_for(s, {Source::debug})) bytes += sizeof(shared::DebugRecord);
-    return bytes + (s.want_view ? 2 : 1) * kTexel;  // the last term is the picture
-}
+/// The graphs of a band and what they refer to, without a device.
+struct DeclaredBand {
+    gpu::ProgramCache programs;
+    SceneBuffers buffers;
+    rays::TraceScene trace;
+    FrameNeeds needs;
+    rays::Tracer tracer;
+    gpu::Buffer buffer{"", 0, kUnmade};
+    std::vector<gpu::Buffer> seen;
+    RadianceCache cache{kUnmade};
+    GraphInputs inputs;
+    Band band;
+    BandGraphs graphs;
 
-/// Returns the bytes of the tile lists for shadow rays of all bands. Rays to the sun have lists of their own. Entries
-/// of instances have three boxes. Entries of a float hierarchy are twice as large as those of a grid hierarchy, within
-/// the room counted for leftover rays.
-std::size_t state_bytes(const SceneNeeds& scene, const SceneSize& size, const FrameNeeds& needs, const Band& band,
-                        const RenderSettings& s) {
-    if (!needs.tiles) return 0;
-    const std::size_t boxes = size.drawn > traced(size) ? 3 : 1;
-    const std::size_t each = (scene.sun ? 2 : 1) * boxes * needs.tiles.path_bytes * band.paths();
-    const auto bands = static_cast<std::size_t>((band.image.y + band.rows - 1) / band.rows);
-    return std::max(each, std::min(each * bands, s.state_bytes));
-}
+    /// settings: all automatic choices are resolved. two_level: rays::TraceStatistics::two_level.
+    DeclaredBand(const SceneNeeds& scene, const RenderSettings& s, const FrameOptions& options, bool two_level)
+        : buffers(scene),
+          trace(scene, two_level),
+          needs(frame_needs(scene, options)),
+          tracer(trace, needs.tiles ? s.culling : rays::Culling::off),
+          inputs{.programs = programs,
+                 .scene = buffers,
+                 .trace = trace,
+                 .tracer = &tracer,
+                 .settings = s,
+                 .options = options,
+                 .frame_constants = buffer,
+                 .seen_constants = with_seen(options),
+                 .bad_values = &buffer,
+                 .sampled_blocks = &buffer,
+                 .cache =
+                     s.preview.cache && frame_needs(scene, cached_options(options)).radiance_cache ? &cache : nullptr},
+          band(first_band(s, std::min(s.band_pixels, most_paths(inputs, rays::Culling::compute, kLimits)),
+                          std::max({kLimits.texture_size, s.width, rendered_window(s, s.camera.optics).size().x}))),
+          graphs(inputs, band) {}
 
-std::size_t reading_bytes(const FrameNeeds& needs, const RenderSettings& s) {
-    std::size_t bytes = (s.want_view ? 2 : 1) * kTexel + mattes(s) * kMatte;
-    if (s.error || asked_for(s, {Source::emission, Source::direct, Source::indirect, Source::squares}))
-        bytes += kLightSums;
-    if (needs.camera_hits && mattes(s) > 0) bytes += sizeof(shared::Hit);
-    if (asked_for(s, {Source::squares})) bytes += needs.squares.path_bytes;
-    bytes += 3 * sizeof(double) * light_group_layers(s).size();
-    if (asked_for(s, {Source::features})) bytes += needs.features.path_bytes;
-    if (wants_records(s)) bytes += sizeof(shared::AovRecord);
-    if (needs.chains && neighbour_frames(s) > 0) bytes += sizeof(shared::ChainPlace);
-    if (asked_for(s, {Source::debug})) bytes += sizeof(shared::DebugRecord);
-    if (s.error) bytes += kReplicatesBytes;
-    return bytes;
-}
-
-/// Returns the bytes per path of what bands keep that grow together: sums, replicates and mattes.
-std::size_t kept_bytes(const FrameNeeds& needs, const RenderSettings& s) {
-    if (!s.adaptive || !s.error) return 0;
-    return kLightSums + 3 * sizeof(double) * light_group_layers(s).size() + needs.squares.path_bytes +
-           needs.features.path_bytes + needs.halves.path_bytes + kReplicatesBytes + mattes(s) * kMatte;
-}
+    std::vector<gpu::Buffer>& with_seen(const FrameOptions& options) {
+        for (int i = 0; needs.seen && i < options.camera_rays; ++i) seen.emplace_back("", 0, kUnmade);
+        return seen;
+    }
+    std::size_t bands() const { return static_cast<std::size_t>((band.image.y + band.rows - 1) / band.rows); }
+    /// Returns the bytes of tile lists, which runs carry on.
+    std::size_t state_bytes() const {
+        std::size_t bytes = 0;
+        for (const rays::BatchStatistics& batch : tracer.statistics()) bytes += batch.state_bytes;
+        return bytes;
+    }
+    /// Returns the bytes of the sums of samples, and of cached and other sums together (HandOver).
+    std::size_t sum_bytes() const {
+        const std::size_t sums = graphs.carried_bytes() - state_bytes();
+        return graphs.cached ? sums + sums / 2 : sums;
+    }
+    /// Returns the bytes of the results that are read for layers and the error.
+    std::size_t reading_bytes(const RenderSettings& s) const {
+        const auto bytes = [](const graph::Graph& g, std::initializer_list<graph::BufferHandle> handles) {
+            std::size_t sum = 0;
+            for (const graph::BufferHandle h : handles) sum += h ? g.desc(h).bytes : 0;
+            return sum;
+        };
+        const graph::Graph& sample = graphs.sample.graph;
+        const Accumulated& sums = graphs.sample.frame.sums;
+        const bool squares = asked_for(s, {Source::squares});
+        std::size_t read = bytes(sample, {sums.groups}) + bytes(graphs.data_graph, {graphs.aov, graphs.chains}) +
+                           bytes(graphs.debug_graph, {graphs.debug});
+        if (s.error || squares || asked_for(s, {Source::emission, Source::direct, Source::indirect}))
+            read += bytes(sample, {sums.emission, sums.direct, sums.indirect});
+        if (squares) read += bytes(sample, {sums.squares});
+        if (asked_for(s, {Source::features})) read += bytes(sample, {sums.features});
+        const std::size_t hits = bytes(sample, {graphs.sample.frame.gbuffer.hits});
+        return read + (mattes(s) > 0 ? (1 + SampleQueue::kInFlight) * hits : 0);
+    }
+};
 
 /// Returns the bytes per pixel; see PreviewPicture.
 std::size_t preview_bytes(const Preview& p) {
@@ -148,7 +144,8 @@ std::size_t denoiser_bytes(const RenderSettings& s, bool chains) {
     const std::size_t mirrored = chains ? kDenoiserChainBytes + frames * kTexel : 0;  // properties and motion
     const std::size_t places = NoisyFrame::kPlaceBytes + (chains ? NoisyFrame::kMirroredBytes : 0);
     const std::size_t blurred = s.camera.lens.blurs() ? (frames + 1) * kDenoiserLensBytes : 0;
-    return kDenoiserPixelBytes + mirrored + blurred + (near > 0 ? kDenoiserNeighbourBytes + places : 0) +
+    constexpr std::size_t kReplaced = 9 * kTexel;  // measured: pictures and weights, and the driver's copies
+    return kDenoiserPixelBytes + kReplaced + mirrored + blurred + (near > 0 ? kDenoiserNeighbourBytes + places : 0) +
            frames * (denoiser_frame_bytes(near) + mirrored + film_bytes(s));
 }
 
@@ -227,20 +224,19 @@ MemoryEstimate estimate_memory(const SceneNeeds& scene, const SceneSize& size, R
                          shown_by_tracing(s.camera.optics, s.camera.lens.blurs(), has_overscan(s)));
     s.want_view = use.png;
     s.pictures = 0;
-    const FrameNeeds needs = frame_needs(scene, frame_options(s, asked));
-    const Band band = band_of(scene, needs, s);
-    const std::size_t paths = band.paths();
-    constexpr std::size_t kRasterTexel = sizeof(uvec2) + sizeof(float);  // bytes per texel: visibility, depth
-    const bool raster = s.primary == PrimaryVisibility::raster;
-    const std::size_t window = raster ? kRasterTexel * std::size_t(s.width) * std::size_t(raster_window(band).rows) : 0;
+    const std::size_t pictures = (s.want_view ? 2 : 1) * kTexel;  // bytes per path of the picture and its view
+    const FrameOptions options = frame_options(s, asked);
+    const DeclaredBand band(scene, s, options, size.drawn > traced(size));
+    const std::size_t paths = band.band.paths(), bands = band.bands(), state = band.state_bytes();
+    const std::size_t matte = mattes(s) * kMatte, replicates = s.error ? kReplicatesBytes : 0;
     MemoryEstimate m{.program = kProgramBytes,
                      .scene = scene_bytes(size),
-                     .band = (path_bytes(scene, needs, s) + paged) * paths + window,
-                     .visibility = state_bytes(scene, size, needs, band, s),
-                     .reading = reading_bytes(needs, s) * paths};
-    add_whole_picture(m, s, use, bool(needs.chains));
-    const auto bands = static_cast<std::size_t>((band.image.y + band.rows - 1) / band.rows);
-    m.reading += (bands - 1) * paths * kept_bytes(needs, s);
+                     .band = band.graphs.transient_bytes() + band.sum_bytes() + (paged + pictures) * paths,
+                     .visibility = std::max(state, std::min(state * bands, s.state_bytes)),
+                     .reading = band.reading_bytes(s) + (pictures + matte + replicates) * paths};
+    add_whole_picture(m, s, use, bool(band.needs.chains));
+    // Bands that grow together keep their sums, replicates and mattes.
+    if (s.adaptive && s.error) m.reading += (bands - 1) * (band.sum_bytes() + (matte + replicates) * paths);
     return m;
 }
 

@@ -80,7 +80,7 @@ RenderResult Renderer::render(const ProgressCallback& progress) {
 }
 
 void Renderer::follow_camera(const Camera& camera) {
-    if (state().lens == camera.lens.blurs() && state().optics == camera.optics.traced()) return;
+    if (state().options.lens == camera.lens.blurs() && state().options.optics == camera.optics.traced()) return;
     // Throws for a method that cannot show the picture, as long as the state is whole.
     resolved(state().asked.primary, 0, ivec2(1), shown_by_tracing(camera.optics, camera.lens.blurs(), false));
     std::unique_ptr<State> last = std::move(state_);  // destroyed if this function throws
@@ -108,7 +108,7 @@ RenderResult Renderer::render(const FrameSettings& wanted, const PictureInputs& 
     s.inputs = inputs;
     s.posed_at.reset();
     FrameSettings frame = wanted;
-    if (Focus& focus = frame.camera.lens.focus; s.lens && focus.kind == Focus::Kind::point)
+    if (Focus& focus = frame.camera.lens.focus; s.options.lens && focus.kind == Focus::Kind::point)
         focus = {.kind = Focus::Kind::distance, .distance = find_focus(s.scene, s.colors, s.asked, frame.camera)};
     const double compiled_before = s.scene.programs().seconds();
     s.executor.reset_times();
@@ -216,7 +216,7 @@ void Renderer::denoise(NoisyFrame& frame, std::span<const NearFrame> near, Rende
 }
 
 std::string Renderer::graph_dot() const {
-    return graph::to_dot(state().compiled(0).sample.compiled);
+    return graph::to_dot(state().compiled(0).graphs.sample.compiled);
 }
 
 }  // namespace halflight

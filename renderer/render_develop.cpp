@@ -3,6 +3,7 @@
 #include "engine/core/error.h"
 #include "engine/core/interruption.h"
 #include "passes/picture/shadow_catcher.h"
+#include "renderer/frame_options.h"
 #include "renderer/render_state.h"
 
 namespace halflight {
@@ -12,7 +13,7 @@ void Renderer::State::develop(const FrameSettings& frame, const Band& where, con
     interruption_point();
     in_flight->drain();
     const auto [sums, samples, mattes, first_half] =
-        hand_over.shown(composer, with.cached ? &with.cached->sums : nullptr, with.sample.sums, done);
+        hand_over.shown(composer, cache ? &with.cached_sums : nullptr, with.sums, done);
     Film::Sums all;
     using Source = LayerSource;
     if (film.wants({Source::emission, Source::direct, Source::indirect, Source::squares})) all = light(sums);
@@ -28,8 +29,8 @@ void Renderer::State::develop(const FrameSettings& frame, const Band& where, con
         film.add_ids(where, with.first_samples > 0 ? with.first_samples : mattes, layer.aov->name, layer.coverage);
 
     const bool reprojects = settings.preview.temporal;
-    const bool data = with.aov && (reprojects || inputs.noisy || film.wants({Source::record}));
-    const bool debug = with.debug && film.wants({Source::debug});
+    const bool data = with.graphs.aov && (reprojects || inputs.noisy || film.wants({Source::record}));
+    const bool debug = with.graphs.debug && film.wants({Source::debug});
     if (data || debug) {
         // The pages of residency are those of the samples, so the debug layers come first.
         SampleView centres = sample_view(frame, where, 0, SamplePoints::sobol);
@@ -37,10 +38,10 @@ void Renderer::State::develop(const FrameSettings& frame, const Band& where, con
         pose(frame, std::nullopt);
         upload_constants(frame, centres);
         if (debug) {
-            executor.run(with.debug_data);
-            film.add_debug(where, executor.read<shared::DebugRecord>(with.debug));
+            executor.run(with.graphs.debug_data);
+            film.add_debug(where, executor.read<shared::DebugRecord>(with.graphs.debug));
         }
-        if (data) executor.run(with.data);
+        if (data) executor.run(with.graphs.data);
     }
 
     graph::Graph graph;
@@ -58,7 +59,7 @@ void Renderer::State::develop(const FrameSettings& frame, const Band& where, con
         imported.features = import(sums.features);
         imported.halves = import(sums.halves);
         const graph::BufferHandle records =
-            reprojects ? graph.import_buffer("aov records", executor.buffer(with.aov)) : graph::BufferHandle{};
+            reprojects ? graph.import_buffer("aov records", executor.buffer(with.graphs.aov)) : graph::BufferHandle{};
         preview->add_band(graph, where, imported, records, composite.beauty, {double(samples), first_half});
     }
     if (denoiser) {
@@ -70,12 +71,12 @@ void Renderer::State::develop(const FrameSettings& frame, const Band& where, con
     film.add_pictures(where, composer.texture(composite.beauty).read_float(),
                       composite.view ? composer.texture(composite.view).read_float() : std::vector<float>{});
 
-    if (with.aov && (film.wants({Source::record}) || inputs.noisy || (reprojects && inputs.previous_surfaces))) {
-        const auto records = executor.read<shared::AovRecord>(with.aov);
+    if (with.graphs.aov && (film.wants({Source::record}) || inputs.noisy || (reprojects && inputs.previous_surfaces))) {
+        const auto records = executor.read<shared::AovRecord>(with.graphs.aov);
         film.add_data(where, records);
         if (inputs.noisy) {
-            const auto chains =
-                with.chains ? executor.read<shared::ChainPlace>(with.chains) : std::vector<shared::ChainPlace>();
+            const auto chains = with.graphs.chains ? executor.read<shared::ChainPlace>(with.graphs.chains)
+                                                   : std::vector<shared::ChainPlace>();
             inputs.noisy->add_places(where, records, chains, scene.tables());
         }
         if (inputs.previous_surfaces)
@@ -120,16 +121,14 @@ void Renderer::State::finish(RenderResult& result, Film& film, const FrameSettin
     stats.estimator.sampler = points_of(frame, settings.estimator.sampler);
     if (!needs().reuse) stats.estimator.reuse = Reuse::off;
     stats.primary = settings.primary;
-    if (lens) stats.lens = frame.camera.lens;
+    if (options.lens) stats.lens = frame.camera.lens;
     if (cache && settings.measure) stats.radiance_cache = cache->statistics();
     const std::size_t pictures =
         (view_kernel ? 2 : 1) * sizeof(vec4) * std::size_t(band.image.x) * std::size_t(band.rows);
     stats.gpu_bytes = scene.bytes() + executor.history().bytes() + pictures + (cache ? cache->bytes() : 0) +
-                      std::max({first.sample.compiled.slot_bytes, first.data.slot_bytes,
-                                first.listed ? first.listed->compiled.slot_bytes : 0,
-                                first.cached ? first.cached->compiled.slot_bytes : 0});
+                      first.graphs.transient_bytes();
     const TraceTables& tables = scene.tables();
-    stats.left_out = left_out(scene.buffers().needs(), cache ? cached_options() : frame_options(),
+    stats.left_out = left_out(scene.buffers().needs(), cache ? cached_options(options) : options,
                               {tables.vertex_count(), tables.triangles.size(), band.paths(),
                                std::size_t(settings.width) * std::size_t(settings.height)});
     for (const graph::PassTime& t : executor.times()) stats.passes.push_back({t.name, t.count, t.seconds});

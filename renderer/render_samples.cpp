@@ -20,7 +20,8 @@ void Renderer::State::pose(const FrameSettings& frame, std::optional<double> at)
     in_flight->wait();  // mattes are looked up in the tables of their pose
     posed_camera = inputs.pose(at);
     // A lens that focuses on a point of the picture keeps the distance at the time of the frame.
-    if (lens && posed_camera.lens.focus.kind == Focus::Kind::point) posed_camera.lens.focus = frame.camera.lens.focus;
+    if (options.lens && posed_camera.lens.focus.kind == Focus::Kind::point)
+        posed_camera.lens.focus = frame.camera.lens.focus;
     posed_at = at;
 }
 
@@ -32,11 +33,12 @@ void Renderer::State::upload_constants(const FrameSettings& frame, const SampleV
 
 void Renderer::State::add_sample(const FrameSettings& frame, const Band& where, int done, CompiledBand& with,
                                  std::span<const int> order) {
-    const int cached = with.cached ? kCachedSamples : 0;
+    const int cached = cache ? kCachedSamples : 0;
     if (done < cached) {
         const std::uint32_t first = (cache->picture() - 1) * kCachedSamples;
         const auto index = static_cast<std::uint32_t>(done);
-        add_sample(frame, cached_view(frame, where, first, index, settings.estimator.sampler), with, *with.cached);
+        add_sample(frame, cached_view(frame, where, first, index, settings.estimator.sampler), with,
+                   SampleKind::cached);
     } else {
         if (cached > 0 && done == cached) {
             in_flight->wait();
@@ -45,13 +47,18 @@ void Renderer::State::add_sample(const FrameSettings& frame, const Band& where, 
         const int number = order.empty() ? frame.first_sample + done - cached : order[std::size_t(done)];
         SampleView sample = sample_view(frame, where, static_cast<std::uint32_t>(number), settings.estimator.sampler);
         sample.begins = done == cached;
-        add_sample(frame, sample, with, with.sample);
+        add_sample(frame, sample, with, SampleKind::plain);
     }
 }
 
 void Renderer::State::add_sample(const FrameSettings& frame, const SampleView& at, CompiledBand& with,
-                                 CompiledSample& sample) {
-    const int first_half = (at.begins ? 0 : sample.sums.first_half) + (at.first_half ? 1 : 0);
+                                 SampleKind kind) {
+    const BandGraphs& graphs = with.graphs;
+    const SampleGraph& sample = kind == SampleKind::cached   ? *graphs.cached
+                                : kind == SampleKind::listed ? *graphs.listed
+                                                             : graphs.sample;
+    SumBuffers& sums = kind == SampleKind::cached ? with.cached_sums : with.sums;
+    const int first_half = (at.begins ? 0 : sums.first_half) + (at.first_half ? 1 : 0);
     pose(frame, at.at);
     upload_constants(frame, at);
     const int seen = static_cast<int>(seen_constants.size());
@@ -60,8 +67,8 @@ void Renderer::State::add_sample(const FrameSettings& frame, const SampleView& a
         seen_constants[std::size_t(i)].write(0, sizeof(constants), &constants);
     }
     executor.run(sample.compiled);
-    sample.sums = sums_of(sample, first_half);
-    const bool matte = sample.adds_mattes && !with.mattes->empty();
+    if (kind != SampleKind::listed) sums = sums_of(sample, first_half);
+    const bool matte = (kind == SampleKind::plain || kind == SampleKind::cached) && !with.mattes->empty();
     in_flight->push(matte ? &executor.buffer(sample.frame.gbuffer.hits) : nullptr, with.mattes.get());
     // The sample's time decides about the next sample, or about the next picture that a viewer asks for.
     if (frame.time_limit > 0 || settings.in_turns) in_flight->wait();
@@ -159,7 +166,7 @@ int Renderer::State::render_band_to_error(const FrameSettings& frame, const Band
                 sample.begins = looks.done() == 0;
                 const std::uint64_t interrupted = interruptions();
                 try {
-                    add_sample(frame, sample, with, with.sample);
+                    add_sample(frame, sample, with, SampleKind::plain);
                 } catch (...) {
                     if (interruptions() != interrupted) save_band();
                     throw;
@@ -170,7 +177,7 @@ int Renderer::State::render_band_to_error(const FrameSettings& frame, const Band
                 if (!go_on) return looks.done();
                 pace.add(watch.seconds(), scene.programs().compile_seconds() - compiled_before);
             }
-            replicates.add(looks.replicate, light(with.sample.sums));
+            replicates.add(looks.replicate, light(with.sums));
         }
         looks.each = looks.next, looks.replicate = 0;
         error = replicates.error(frame.error->metric, looks.each);
@@ -207,7 +214,7 @@ void Renderer::State::render_in_turns(const FrameSettings& frame, double time_li
     }
 }
 
-SumBuffers Renderer::State::sums_of(const CompiledSample& sample, int first_half) {
+SumBuffers Renderer::State::sums_of(const SampleGraph& sample, int first_half) {
     const Accumulated& a = sample.frame.sums;
     const auto buffer = [&](graph::BufferHandle h) { return h ? &executor.buffer(h) : nullptr; };
     return {buffer(a.emission), buffer(a.direct), buffer(a.indirect), buffer(a.squares), buffer(a.features),

@@ -1,4 +1,4 @@
-// State of a Renderer and its steps: graphs of bands (render_graphs.cpp), samples (render_samples.cpp), and pictures
+// State of a Renderer and its steps: setup (render_state.cpp), samples (render_samples.cpp), and pictures
 // made of them (render_develop.cpp).
 #pragma once
 
@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "engine/core/stopwatch.h"
-#include "engine/graph/compile.h"
 #include "engine/graph/execute.h"
 #include "engine/paging/page_server.h"
 #include "engine/paging/row_gather.h"
@@ -21,11 +20,11 @@
 #include "engine/rays/tracer.h"
 #include "passes/light/radiance_cache.h"
 #include "passes/picture/composite.h"
+#include "renderer/band_graphs.h"
 #include "renderer/checkpoint.h"
 #include "renderer/cryptomatte.h"
 #include "renderer/denoise_stage.h"
 #include "renderer/film.h"
-#include "renderer/frame.h"
 #include "renderer/frame_constants.h"
 #include "renderer/hand_over.h"
 #include "renderer/preview_stage.h"
@@ -37,32 +36,23 @@ namespace halflight {
 
 class ListedSamples;
 
-/// The compiled graph of a sample, and the sums that it adds to.
-struct CompiledSample {
-    graph::Graph graph;
-    Frame frame;
-    graph::CompiledGraph compiled;
-    SumBuffers sums;  // sums; set by the first sample
-    bool adds_mattes = true;
+/// What a sample of a band does.
+enum class SampleKind : std::uint8_t {
+    plain,   // adds all pixels to the sums and the mattes
+    pilot,   // leaves the mattes alone
+    listed,  // adds the blocks of State::sampled_blocks to the sums
+    cached,  // adds all pixels, by the radiance cache, to sums of their own
 };
 
-/// The graphs of a band, or of several bands that are rendered one after the other.
+/// The graphs and sums of a band, or of several bands that are rendered one after the other.
 struct CompiledBand {
-    explicit CompiledBand(std::shared_ptr<Mattes> m) : mattes(std::move(m)) {}
-    std::shared_ptr<Mattes> mattes;  // shared by bands that are rendered one after the other
-    CompiledSample sample;
-    std::unique_ptr<CompiledSample> listed;  // adaptive sampling: samples of listed blocks; null: not used
-    int first_samples = 0;                   // number of samples that all pixels have, and that the mattes hold; 0: all
-    std::vector<std::uint32_t> samples;      // number of samples of each block of paths; empty: all have the same
-    std::unique_ptr<CompiledSample> cached;  // sample with the radiance cache; null: none
-    // Graphs of layers at the pixels' centres; empty unless requested
-    graph::Graph data_graph;
-    graph::BufferHandle aov;
-    graph::BufferHandle chains;  // ChainPlace per path
-    graph::CompiledGraph data;
-    graph::Graph debug_graph;
-    graph::BufferHandle debug;
-    graph::CompiledGraph debug_data;
+    CompiledBand(const GraphInputs& inputs, const Band& band, const BandPlace& place, std::shared_ptr<Mattes> own)
+        : graphs(inputs, band, place), mattes(std::move(own)) {}
+    BandGraphs graphs;
+    std::shared_ptr<Mattes> mattes;      // shared by bands that are rendered one after the other
+    SumBuffers sums, cached_sums;        // set by the first sample
+    int first_samples = 0;               // number of samples that all pixels have, and that the mattes hold; 0: all
+    std::vector<std::uint32_t> samples;  // number of samples of each block of paths; empty: all have the same
 };
 
 /// State of a band's plan of samples, which its checkpoint keeps beside the sums.
@@ -78,8 +68,6 @@ struct Renderer::State {
     const RenderSettings asked;
     // Settings with all automatic choices resolved, and the size of the rendered pixels (rendered_window()).
     RenderSettings settings;
-    const bool lens;                                     // camera rays start on a lens
-    const bool optics;                                   // camera rays follow shaders/shared/ray_projections.h
     rays::BatchServer* const given_server;               // server of the caller; null: none
     const std::shared_ptr<RadianceCache> given_cache;    // radiance cache of the caller; null: none
     std::unique_ptr<rays::BatchServer> own_server;       // server of the culling method; null: none
@@ -98,6 +86,7 @@ struct Renderer::State {
     HandOver hand_over;
     std::optional<SampleQueue> in_flight;  // samples on the device; set by the constructor
     PictureInputs inputs;                  // objects of the picture that is rendered
+    FrameOptions options;                  // options of samples without the radiance cache
     Band band;
     Band current;                    // band of the uploaded constants
     std::optional<double> posed_at;  // motion blur: time of the pose (SampleView::at); none: that of the frame
@@ -114,26 +103,17 @@ struct Renderer::State {
     State(std::unique_ptr<PreparedScene> o, PreparedScene& s, const ColorConfig& c, std::optional<ViewKernel> view,
           RenderSettings r, rays::BatchServer* callers_server, std::shared_ptr<RadianceCache> callers_cache);
 
-    // The following functions are defined in render_graphs.cpp.
+    // The following functions are defined in render_state.cpp.
 
     rays::ServedScene served() const;
     const paging::PageSource* pages() const;  ///< Returns null where the geometry is in memory.
-    FrameOptions frame_options() const;       ///< Returns options of samples without the radiance cache.
-    FrameOptions cached_options() const;      ///< Returns options of samples with the radiance cache.
-    FrameNeeds needs() const;
+    FrameNeeds needs() const { return frame_needs(scene.buffers().needs(), options); }
+    GraphInputs graph_inputs();
     Band band_at(int index) const;
     /// Returns the graphs of band `index`; compiles them on first use.
     CompiledBand& compiled(int index);
     /// Compiles the graphs for an element of `places`.
     std::unique_ptr<CompiledBand> compile(std::uint32_t place);
-    /// Compiles the graph of a sample. further_sums: offset to the number of its sums. listed: it samples the blocks of
-    /// sampled_blocks.
-    void compile(CompiledSample& sample, std::uint32_t place, std::uint32_t further_sums, const FrameOptions& options,
-                 bool listed = false);
-    FrameOptions listed_options() const;  ///< Returns options of samples of listed blocks.
-    /// Adds the graph of layers at the pixels' centres, where requested.
-    void add_data(CompiledBand& to, std::uint32_t place);
-    SceneView view(graph::Graph& graph, std::uint32_t place);
 
     // The following functions are defined in render_samples.cpp.
 
@@ -146,7 +126,7 @@ struct Renderer::State {
     /// Adds sample `done` of a picture, from 0, to a band. order: that of the samples, or empty (order_of_samples()).
     void add_sample(const FrameSettings& frame, const Band& where, int done, CompiledBand& with,
                     std::span<const int> order = {});
-    void add_sample(const FrameSettings& frame, const SampleView& at, CompiledBand& with, CompiledSample& sample);
+    void add_sample(const FrameSettings& frame, const SampleView& at, CompiledBand& with, SampleKind kind);
     /// Callback that receives the finished and the expected number of samples of a band; returns false to stop.
     using AfterSample = std::function<bool(int done, int total)>;
     /// Adds samples to a band that has `first` samples, until there are enough, time is up, or the callback returns
@@ -163,7 +143,7 @@ struct Renderer::State {
     void render_in_turns(const FrameSettings& frame, double time_limit, std::vector<int>& done,
                          const std::function<bool()>& after_sample);
     /// Returns the sums of a graph that has run or been placed.
-    SumBuffers sums_of(const CompiledSample& sample, int first_half);
+    SumBuffers sums_of(const SampleGraph& sample, int first_half);
     /// Reads a buffer; returns an empty vector for null.
     static std::vector<double> read(const gpu::Buffer* b);
     /// Returns the buffers of sums in a fixed order; null where the frame left them out.

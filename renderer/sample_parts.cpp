@@ -45,20 +45,20 @@ int Renderer::State::render_parts(const FrameSettings& frame, const Band& where,
                    return go_on = after_sample(part.first_sample + of_part, frame.samples);
                });
         in_flight->drain();
-        const auto buffers = all_of(with.sample.sums);
+        const auto buffers = all_of(with.sums);
         for (std::size_t i = 0; i < buffers.size(); ++i)
             if (buffers[i]) total.add(i, buffers[i]->read<double>());
-        total.first_half += with.sample.sums.first_half;
+        total.first_half += with.sums.first_half;
         if (!go_on) break;
     }
-    total.write(all_of(with.sample.sums));
-    with.sample.sums.first_half = total.first_half;
+    total.write(all_of(with.sums));
+    with.sums.first_half = total.first_half;
     return done;
 }
 
 int Renderer::State::merge_parts(const FrameSettings& frame, const Band& where, CompiledBand& with) {
-    executor.place(with.sample.compiled);
-    const auto buffers = all_of(sums_of(with.sample, 0));
+    executor.place(with.graphs.sample.compiled);
+    const auto buffers = all_of(sums_of(with.graphs.sample, 0));
     Total total;
     std::array<std::uint64_t, kBadValueCounts> bad_values{};
     for (std::size_t k = 0; k < inputs.merged.size(); ++k) {
@@ -79,7 +79,7 @@ int Renderer::State::merge_parts(const FrameSettings& frame, const Band& where, 
     }
     total.write(buffers);
     in_flight->set_counted(bad_values);
-    with.sample.sums = sums_of(with.sample, total.first_half);
+    with.sums = sums_of(with.graphs.sample, total.first_half);
     return frame.samples;
 }
 

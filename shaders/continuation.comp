@@ -13,7 +13,7 @@
 
 layout(local_size_x = 64) in;
 
-// --- Variants ---------------------------------------------------------------------------------------------------------
+// --- Variants --------------------------------------------------------------------------------------------------------
 
 const bool kFirstHit = HALFLIGHT_FIRST_HIT != 0;          // vertex 1, where light met is direct light
 const bool kLastVertex = HALFLIGHT_LAST_VERTEX != 0;      // all paths end here
@@ -31,7 +31,7 @@ const bool kTakesCells = HALFLIGHT_CACHE_TAKEN != 0;  // vertex 2 takes diffuse 
 // Vertex 1 makes the point. Later vertices add what the path finds after leaving vertex 1 diffusely.
 const bool kMakesPoint = kPoints && kFirstHit && !kLastVertex;
 
-// --- Bindings ---------------------------------------------------------------------------------------------------------
+// --- Bindings --------------------------------------------------------------------------------------------------------
 
 layout(std140) uniform FrameBlock { Frame frame; };
 // Storage blocks are scarce, so read-only inputs are texture buffers where possible.
@@ -81,7 +81,7 @@ uint append_leaving(bool wanted) { return 0u; }
 DEFINE_APPEND(append_leaving, leaving_header)
 #endif
 
-// --- The vertex -------------------------------------------------------------------------------------------------------
+// --- The vertex ------------------------------------------------------------------------------------------------------
 
 // What the path's ray has met.
 struct PathVertex {
@@ -145,7 +145,7 @@ void add_to_group(uint path, uint first, uint group, vec3 light) {
     if (contributes(light)) group_light[path * kGroupRows + first + group].rgb += light;
 }
 
-// --- Light that has arrived -------------------------------------------------------------------------------------------
+// --- Light that has arrived ------------------------------------------------------------------------------------------
 
 // Adds the light of one sample, given the answer to its shadow ray. own, given: light of the path and of its point.
 void add_answer(PathVertex v, uint answer, uint group, vec3 own, vec3 given, inout PathState state, inout PathPoint point) {
@@ -217,7 +217,7 @@ void add_met_light(PathVertex v, inout PathState state, inout PathPoint point) {
     }
 }
 
-// --- Cells and points -------------------------------------------------------------------------------------------------
+// --- Cells and points ------------------------------------------------------------------------------------------------
 
 // Cells in which the vertex lies.
 struct VertexCells {
@@ -274,7 +274,7 @@ void store_pending(PathVertex v, PathPoint point, CachePoint stored) {
     }
 }
 
-// --- Next-event estimation --------------------------------------------------------------------------------------------
+// --- Next-event estimation -------------------------------------------------------------------------------------------
 
 // Splits the light of a sample into that of the path and that of its point. Returns whether there is any.
 bool split_light(NextEvent e, vec3 throughput, PathPoint point, out vec3 own, out vec3 given) {
@@ -333,7 +333,7 @@ void send_shadow_rays(PathVertex v, LightSamples samples, PathPoint point) {
     }
 }
 
-// --- The next ray -----------------------------------------------------------------------------------------------------
+// --- The next ray ----------------------------------------------------------------------------------------------------
 
 // Samples a direction of the component that was picked.
 BsdfSample sample_component(Bsdf b, bool is_diffuse, vec3 wo, vec2 xi, float choice) {

@@ -192,8 +192,9 @@ void main() {
     Shaft shaft = bounds_of(space, tile);
     // The bounds of a tile without rays are inverted. Its list is never read.
     bool asked = gl_GlobalInvocationID.x < tiles && shaft.origin_lower.x <= shaft.origin_upper.x;
+    // In lists, a place belongs to another pixel in the next run, so nothing of an earlier run can be kept.
     bool stale = asked;
-    if (!kListed) {  // a place in a list belongs to another pixel in the next run
+    if (!kListed) {
         Earlier earlier = load_earlier(tile);
         stale = asked && !intact(earlier, tile, shaft_contains(earlier.shaft, shaft));
         Shaft both = shaft_union(shaft, earlier.shaft);  // invalid records give larger or NaN shafts, which are rejected

@@ -10,11 +10,11 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-// HALFLIGHT_LIGHT
+// Inputs of light:
 uniform sampler2D half_before;
 uniform sampler2D albedo_before;
 uniform sampler2D albedo_after;
-// else
+// Inputs of a property:
 uniform sampler2D before;
 uniform sampler2D guide;  // w: ln(depth)
 uniform vec3 blur;        // radius of the circle of confusion at a depth, pixels: |blur.x + blur.y / depth + blur.z depth|

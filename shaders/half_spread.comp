@@ -8,17 +8,17 @@ layout(local_size_x = 8, local_size_y = 8) in;
 
 #include "shaders/lib/halves.glsl"
 
-// HALFLIGHT_RECEIVERS and HALFLIGHT_EXCESS
+// Inputs with HALFLIGHT_RECEIVERS or HALFLIGHT_EXCESS:
 uniform sampler2D removed;      // rgb: light of fireflies over albedo; a: 0 where there is nothing to filter
 uniform sampler2D albedo;
-// HALFLIGHT_LEVEL
+// Input with HALFLIGHT_LEVEL:
 uniform sampler2D levels;       // shaders/half_fireflies.comp writes them
 uniform sampler2D few_levels;   // weighted sum of `levels` over kNoiseRadius
 uniform sampler2D more_levels;  // weighted sum of `levels` over kAroundRadius
 uniform sampler2D around;       // rgb: weighted sum of light over albedo with fireflies; a: sum of the weights
-// HALFLIGHT_EXCESS
+// Input with HALFLIGHT_EXCESS:
 uniform sampler2D reach;        // rgb: weighted sum of the receivers
-// else
+// Inputs of the other variants:
 uniform sampler2D receivers;    // rgb: weight of a pixel; a: the part of it that is not its albedo
 uniform sampler2D quotients;    // rgb: weighted sum of light of fireflies over `reach`
 

@@ -9,7 +9,7 @@ uniform sampler2D first;  // halves of the reflected light contained in `beauty`
 uniform sampler2D second;
 uniform sampler2D accumulated_first;  // halves of the light accumulated over earlier pictures
 uniform sampler2D accumulated_second;
-// HALFLIGHT_FILTERED
+// Inputs with HALFLIGHT_FILTERED:
 uniform sampler2D filtered_first;  // halves of accumulated light, filtered (LightHalves)
 uniform sampler2D filtered_second;
 uniform sampler2D spread;  // rgb: light of fireflies over albedo, spread

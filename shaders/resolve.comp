@@ -64,7 +64,7 @@ OPTIONAL(HALFLIGHT_REUSE_POINTS) layout(std430) writeonly buffer Points { ReuseP
 #include "shaders/lib/reuse.glsl"
 #include "shaders/lib/surface_record.glsl"
 
-// --- The hit ----------------------------------------------------------------------------------------------------------
+// --- The hit ---------------------------------------------------------------------------------------------------------
 
 struct Found {
     uint path;
@@ -117,7 +117,7 @@ Found find_hit(uint invocation, bool runs) {
     return f;
 }
 
-// --- Material and light -----------------------------------------------------------------------------------------------
+// --- Material and light ----------------------------------------------------------------------------------------------
 
 // Returns the area that a cone of this width covers in both sets of texture coordinates. cosine: at the hit.
 vec2 footprint_at(Hit hit, float width, float cosine) {
@@ -165,7 +165,7 @@ vec3 met_emission(Found f, Material material, bool shown) {
     return emission;
 }
 
-// --- Results ----------------------------------------------------------------------------------------------------------
+// --- Results ---------------------------------------------------------------------------------------------------------
 
 // Adds emission to the mean, and to its part by light group.
 void add_seen(Found f, vec3 emission) {

@@ -12,6 +12,8 @@
 
 layout(local_size_x = 256) in;
 
+const uint kGroupSize = uint(HALFLIGHT_GROUP_SIZE);  // pixels that share their paths
+
 layout(std430) readonly buffer PrimaryRays { Ray primary_rays[]; };
 layout(std430) writeonly buffer Connections { Ray connections[]; };
 layout(std430) writeonly buffer Densities { float densities[]; };  // density per area times y.distance^2, if visible
@@ -35,9 +37,9 @@ void main() {
     Bsdf b = load_bsdf(path);
     vec3 wo = -primary_rays[path].direction;
     uint grouping = sample_grouping(frame.seed, frame.sample_index);
-    for (uint i = 0u; i < HALFLIGHT_GROUP_SIZE; ++i) {
+    for (uint i = 0u; i < kGroupSize; ++i) {
         uint finder = path ^ member_step(i, grouping);
-        uint entry = finder * HALFLIGHT_GROUP_SIZE + i;
+        uint entry = finder * kGroupSize + i;
         ReusePoint y = load_point(finder);
         Sight sight = sight_of(y, from.position, finder == path);
         float density = scatter_density(b, shared_value(b, wo, sight.direction)) * sight.geometry;

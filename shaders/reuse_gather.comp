@@ -9,6 +9,8 @@
 
 layout(local_size_x = 256) in;
 
+const uint kGroupSize = uint(HALFLIGHT_GROUP_SIZE);  // pixels that share their paths
+
 layout(std430) readonly buffer PrimaryRays { Ray primary_rays[]; };
 uniform usamplerBuffer blocked;  // R32UI: answers to the connection rays
 layout(std430) readonly buffer Densities { float densities[]; };
@@ -41,12 +43,12 @@ void receive(uint path, uint part, float density, SurfacePoint from, Bsdf b, uin
     vec3 glossy = vec3(0.0);
     // Bits of steps to members whose points give light. A loop without iterations costs nothing, unlike a branch.
     uint finders = 0u;
-    for (uint i = 0u; i < HALFLIGHT_GROUP_SIZE; ++i)
+    for (uint i = 0u; i < kGroupSize; ++i)
         finders |= given[(path ^ member_step(i, grouping)) & 255u] != vec3(0.0) ? 1u << i : 0u;
     for (; finders != 0u; finders &= finders - 1u) {
         uint i = uint(findLSB(finders));
         uint finder = path ^ member_step(i, grouping);
-        uint entry = finder * HALFLIGHT_GROUP_SIZE + i;
+        uint entry = finder * kGroupSize + i;
         ReusePoint y = load_point(finder);
         Sight sight = sight_of(y, from.position, finder == path);
         BsdfValue f = shared_value(b, wo, sight.direction);
@@ -65,8 +67,8 @@ void receive(uint path, uint part, float density, SurfacePoint from, Bsdf b, uin
 void main() {
     uint path = gl_GlobalInvocationID.x;
     float density = 0.0;
-    for (uint i = 0u; i < HALFLIGHT_GROUP_SIZE; ++i) {
-        uint entry = path * HALFLIGHT_GROUP_SIZE + i;
+    for (uint i = 0u; i < kGroupSize; ++i) {
+        uint entry = path * kGroupSize + i;
         density += densities[entry] == 0.0 ? 0.0 : densities[entry] * visible(entry);
     }
     SurfacePoint from = load_surface_point(path);

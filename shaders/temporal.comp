@@ -16,6 +16,7 @@ uniform sampler2D earlier_first;
 uniform sampler2D earlier_second;
 uniform sampler2D earlier_guide;
 uniform sampler2D earlier_place;
+// atomicAdd() takes only variables of blocks or shared ones.
 #if HALFLIGHT_HISTORY
 layout(std430) buffer Refused { uint refused[kRefusedKinds]; };
 #else

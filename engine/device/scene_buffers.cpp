@@ -8,7 +8,6 @@
 
 #include "engine/core/error.h"
 #include "engine/tables/instance_rows.h"
-#include "shaders/shared/path_state.h"
 #include "shaders/shared/texture_units.h"
 
 namespace halflight {
@@ -65,6 +64,16 @@ SceneBuffers::SceneBuffers(const TraceTables& trace, const ShadingTables& shadin
     update(trace, shading, nullptr);
 }
 
+SceneBuffers::SceneBuffers(const SceneNeeds& needs)
+    : bank_shift_(0),
+      tile_bytes_(0),
+      positions_("", 0, gpu::Buffer::Unmade{}),
+      indices_("", 0, gpu::Buffer::Unmade{}),
+      instance_rows_("", 0, gpu::Buffer::Unmade{}),
+      instances_("", 0, gpu::Buffer::Unmade{}) {
+    set_needs(needs);
+}
+
 gpu::Buffer& SceneBuffers::view(GLuint unit, GLenum format, const char* name) {
     const auto known = std::ranges::find(views_, unit, &View::unit);
     return known != views_.end() ? known->buffer : views_.emplace_back(View{unit, format, gpu::Buffer(name, 0)}).buffer;
@@ -93,11 +102,14 @@ void SceneBuffers::bring_pool(const char* name, GLuint unit, GLuint more_units, 
     }
 }
 
-void SceneBuffers::update(const TraceTables& trace, const ShadingTables& shading, const Content* last) {
-    needs_ = shading.needs;
+void SceneBuffers::set_needs(const SceneNeeds& needs) {
+    needs_ = needs;
     defines_ = {};
     for (const auto& [name, value] : shader_defines(needs_)) defines_.set(name, value);
+}
 
+void SceneBuffers::update(const TraceTables& trace, const ShadingTables& shading, const Content* last) {
+    set_needs(shading.needs);
     const auto bring = [&](GLuint unit, const auto& values, const auto& known) {
         gpu::replace(std::ranges::find(views_, unit, &View::unit)->buffer, values, known);
     };
@@ -163,11 +175,6 @@ void SceneBuffers::set_draws(const TraceTables& trace) {
     glVertexArrayBindingDivisor(id, 1, 1);
     glEnableVertexArrayAttrib(id, 1);
     glVertexArrayElementBuffer(id, indices_.id());
-}
-
-std::size_t SceneBuffers::widest_record_bytes() const {
-    constexpr std::size_t sums = 6 * sizeof(double);  // bytes: RGB radiance of two lobes
-    return std::max({surface_record_bytes(), sizeof(shared::PathState), sums});
 }
 
 std::size_t SceneBuffers::bytes() const {

@@ -25,6 +25,9 @@ class SceneBuffers {
     SceneBuffers(const TraceTables& trace, const ShadingTables& shading, unsigned bank_shift = shared::kMostBankShift,
                  std::size_t tile_bytes = std::size_t{256} << 20);
 
+    /// Describes the tables of a scene with these needs, for graphs that are compiled and never run. Needs no context.
+    explicit SceneBuffers(const SceneNeeds& needs);
+
     /// Tables that the buffers hold.
     struct Content {
         const TraceTables& trace;
@@ -39,8 +42,7 @@ class SceneBuffers {
     /// Returns the defines that select shader variants for this scene: shader_defines() and those of banks.
     const gpu::Defines& defines() const { return defines_; }
     std::size_t surface_record_bytes() const { return needs_.surface_record_bytes(); }
-    std::size_t widest_record_bytes() const;  ///< Returns bytes of the widest record that a frame keeps per path.
-    std::size_t bytes() const;                ///< Returns the size in device memory, bytes.
+    std::size_t bytes() const;  ///< Returns the size in device memory, bytes.
 
     /// Returns the block instances as shaders/shared/instance_texels.h lays them out, for rays::TraceScene too.
     const gpu::Buffer& instance_rows() const { return instance_rows_; }
@@ -61,6 +63,7 @@ class SceneBuffers {
         GLenum format;
         gpu::Buffer buffer;
     };
+    void set_needs(const SceneNeeds& needs);
     void set_draws(const TraceTables& trace);
     gpu::Buffer& view(GLuint unit, GLenum format, const char* name);
     /// Uploads a texel pool: its first bank to `unit`, others from `more_units` on.

@@ -33,7 +33,6 @@ class RowGather;
 
 /// Inputs of all passes. The referenced objects outlive the graph; passes may capture them.
 struct SceneView {
-    gpu::ProgramCache& programs;
     const SceneBuffers& scene;
     const rays::TraceScene& trace;
     rays::Tracer& tracer;                   // tracer of `trace`
@@ -41,10 +40,8 @@ struct SceneView {
     graph::BufferHandle frame_constants;    // buffer of struct Frame
     std::uint32_t place = 0;                // value for RayBatch::place
     const Band* current = nullptr;          // band of the frame constants; null: rows of other bands are drawn, too
-    std::uint32_t sums = 0;                 // index of the sums that samples are added to, if bands have their own
     paging::RowGather* rows = nullptr;      // table rows of hits, for scenes that are loaded in pages; else null
     std::uint32_t shadow_rays = 1;          // shadow rays per path, from its first surface to chosen lights
-    std::uint32_t group_size = 1;           // pixels that share their paths
     std::uint32_t light_groups = 0;         // number of light groups whose light is summed apart; 0: none
     bool lens = false;                      // camera rays start on the lens of the frame constants
     graph::BufferHandle sampled_blocks{};   // buffer of SampledBlock, which places the paths; null: one per pixel

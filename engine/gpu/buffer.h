@@ -22,6 +22,9 @@ class Buffer {
   public:
     /// Creates a buffer from the `bytes` bytes at `data`; zeros if `data` is null. Throws Error if memory runs out.
     Buffer(std::string name, std::size_t bytes, const void* data = nullptr);
+    struct Unmade {};
+    /// Describes a buffer without making it, for graphs that are compiled and never run. Needs no context.
+    Buffer(std::string name, std::size_t bytes, Unmade) : name_(std::move(name)), bytes_(bytes) {}
 
     template <class T>
     static Buffer from(std::string name, std::span<const T> values) {

@@ -42,8 +42,7 @@ Shader compile_stage(GLenum stage, const ShaderSource& source, const ExpandedSou
     glGetShaderInfoLog(shader.id(), log_length, &log_length, log.data());
     log.resize(static_cast<std::size_t>(log_length));
     const CompileMessage message = first_message(log, expanded);
-    throw Error(message.place, "{}{}", message.what.empty() ? "does not compile" : message.what,
-                crowded_stage(stage, expanded.text));
+    throw Error(message.place, message.what.empty() ? "does not compile" : message.what);
 }
 
 GLint value_of(GLuint program, GLenum what) {

@@ -78,8 +78,15 @@ class Expander {
                 include(*target, name, number);
                 continue;
             }
-            if (trimmed(line).starts_with(kOptional)) {
-                put_optional(trimmed(line), {file, number});
+            if (code.starts_with(kOptional)) {
+                std::string declaration(code);
+                for (std::size_t lines = 1; declaration.find('}') == std::string::npos && lines < 4; ++lines) {
+                    const std::size_t next = std::min(text.find('\n'), text.size());
+                    (declaration += ' ') += trimmed(text.substr(0, next));
+                    text.remove_prefix(std::min(next + 1, text.size()));
+                    ++number;
+                }
+                put_optional(declaration, {file, number});
                 continue;
             }
             if (directive(line, "if")) branch_.push_back(++last_branch_);
@@ -142,7 +149,7 @@ class Expander {
         const std::size_t open = line.find('{'), close = line.find('}');
         const std::string& name = out_.files[place.file];
         if (declaration == std::string_view::npos || close == std::string_view::npos || open > close)
-            throw Error(fmt::format("{}:{}", name, place.number), "{}) needs a block in one line", kOptional);
+            throw Error(fmt::format("{}:{}", name, place.number), "{}) needs a block", kOptional);
         const std::string_view condition = trimmed(line.substr(kOptional.size(), declaration - kOptional.size()));
         std::string members(line.substr(open + 1, close - open - 1));
         if (const std::size_t array = members.find("[]"); array != std::string::npos) members.insert(array + 1, 1, '1');

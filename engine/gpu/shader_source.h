@@ -8,16 +8,18 @@
 // ignored. Defines that a shader does not mention are left out: variants that differ in these alone have the same text,
 // which drivers and the store of binaries compile once.
 //
-// A feature is a macro HALFLIGHT_X. It is 0 unless a variant defines it. Kernels name it once, as a constant, and branch
-// on that: the compiler removes the branches that a variant leaves out.
+// A feature is a macro HALFLIGHT_X. It is 0 unless a variant defines it. Kernels name it once, as a constant, and
+// branch on that. The compiler removes the branches that a variant leaves out, and with them the samplers that only
+// they use.
 //
 //     const bool kVolume = HALFLIGHT_VOLUME != 0;
 //     OPTIONAL(HALFLIGHT_VOLUME) layout(std430) buffer Media { vec4 media[]; };
 //     ...
 //     if (kVolume) media[path] = medium;
 //
-// A block is active even if no code uses it. OPTIONAL declares one only under a condition of the preprocessor, and else
-// variables of the same names, so that code which is left out compiles.
+// A block is active even if no code uses it. OPTIONAL declares a block under a condition of the preprocessor, and else
+// a variable of each member's name, so that code which is left out compiles; an array has one element then. Atomic
+// functions take only members of blocks, so blocks with counters have a function with #if in their place.
 #pragma once
 
 #include <cstddef>

@@ -26,7 +26,7 @@ class Resources {
     /// Returns the program that the pass declared by Pass::kernel(), with all resources bound that the pass declared
     /// with a shader name. Throws Error naming pass and resource if the program does not declare the name.
     const gpu::Program& kernel();
-    /// Returns the program of another kernel, which is known when the pass runs only.
+    /// Returns the program of another kernel, which is known only when the pass runs.
     const gpu::Program& kernel(const Kernel& kernel);
     gpu::ProgramCache& programs();  ///< Serves passes that bind their resources themselves.
 

@@ -28,8 +28,6 @@ std::uint32_t next_serial() {
 
 graph::BufferHandle trace(graph::Graph& graph, const TraceScene& scene, const RayBatch& batch,
                           graph::BufferHandle results, bool any_hit) {
-    check_groups((batch.capacity + 63) / 64, batch.capacity);
-
     graph::Pass pass =
         graph.add_pass(fmt::format("{} rays: {}", name(batch.kind), any_hit ? "any hit" : "closest hit"));
     read_batch(pass, scene, batch);
@@ -60,6 +58,19 @@ TraceScene::TraceScene(const gpu::Buffer* instances)
       own_instances_("block instances", 0),
       shared_instances_(instances),
       triangle_ids_("ids of resident triangles", 0) {}
+
+TraceScene::TraceScene(const SceneNeeds& needs, bool two_level)
+    : alpha_tested_(needs.alpha),
+      one_sided_(needs.one_sided),
+      nodes_("", 0, gpu::Buffer::Unmade{}),
+      triangles_("", 0, gpu::Buffer::Unmade{}),
+      heads_("", 0, gpu::Buffer::Unmade{}),
+      own_instances_("", 0, gpu::Buffer::Unmade{}),
+      shared_instances_(nullptr),
+      triangle_ids_("", 0, gpu::Buffer::Unmade{}) {
+    statistics_.two_level = two_level;
+    if (needs.panes) panes_ = std::make_unique<TraceScene>(SceneNeeds(), two_level);
+}
 
 TraceScene::TraceScene(const TraceTables& tables, const PackedScene& packed, const gpu::Defines& shading,
                        const gpu::Buffer* instances)
@@ -235,6 +246,7 @@ graph::Kernel plain_kernel(const TraceScene& scene, const RayBatch& batch, bool 
 void trace_plain(graph::Resources& r, const TraceScene& scene, const RayBatch& batch, graph::BufferHandle results,
                  bool any_hit) {
     interruption_point();
+    check_groups((batch.capacity + 63) / 64, batch.capacity);
     const graph::Kernel kernel = plain_kernel(scene, batch, any_hit, static_cast<bool>(batch.list));
     const gpu::Program& program = r.programs().compute(kernel.source, kernel.defines);
     kernel.bind(r, program);

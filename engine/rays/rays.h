@@ -10,6 +10,7 @@
 #include "engine/graph/graph.h"
 #include "engine/rays/kinds.h"
 #include "engine/rays/packed_bvh.h"
+#include "engine/tables/needs.h"
 #include "engine/tables/tables.h"
 #include "shaders/shared/ray_structs.h"
 
@@ -22,8 +23,8 @@ enum class PassBacks : std::uint8_t {
     all = shared::kEveryRay,
 };
 
-/// A set of rays to be traced together. Rays and hits (structs Ray and Hit of shaders/shared/ray_structs.h) lie at the index
-/// of their path, `capacity` of each. `paths` and `rays_of_path` place the rays of paths that have several.
+/// A set of rays to be traced together. Rays and hits (structs Ray and Hit of shaders/shared/ray_structs.h) lie at the
+/// index of their path, `capacity` of each. `paths` and `rays_of_path` place the rays of paths that have several.
 ///
 /// The first `count` entries of `list`, path indices in tile order, are traced if a list is given. 64 consecutive
 /// entries are one 8x8 tile, or the remains of several. Without a list all rays are traced. A ray with t_max < t_min is
@@ -42,8 +43,8 @@ struct RayBatch {
     graph::BufferHandle list;         // `capacity` path indices, uint; optional
     graph::BufferHandle list_header;  // ListHeader of shaders/shared/ray_structs.h, if there is a list
     // Key of the alpha test of blended surfaces, read only if TraceTables::alpha_tested is set
-    // (shaders/lib/alpha_key.glsl). It consists of struct Frame (shaders/shared/frame_block.h) and a salt. The frame's seed
-    // and sample_index change from run to run; the salt differs between the batches of one run.
+    // (shaders/lib/alpha_key.glsl). It consists of struct Frame (shaders/shared/frame_block.h) and a salt. The frame's
+    // seed and sample_index change from run to run; the salt differs between the batches of one run.
     graph::BufferHandle frame_constants;
     graph::BufferHandle sampled_blocks{};  // buffer of SampledBlock, which places the paths; null: one per pixel
     std::uint32_t alpha_salt = 0;
@@ -110,6 +111,10 @@ class TraceScene {
     TraceScene(const TraceScene&) = delete;
     TraceScene& operator=(const TraceScene&) = delete;
 
+    /// Describes a scene with these needs, for graphs that are compiled and never run. Needs no context. two_level:
+    /// TraceStatistics::two_level.
+    TraceScene(const SceneNeeds& needs, bool two_level);
+
     /// Makes empty buffers for a scene that is loaded in pages. Throws Error like the first constructor.
     explicit TraceScene(const PagedLayout& layout);
     /// Changes to another pose of a scene that is loaded in pages. The buffers keep their sizes and contents.
@@ -128,14 +133,14 @@ class TraceScene {
 
     gpu::Buffer& nodes() { return nodes_; }  ///< Returns the buffer of nodes, which pages are written to.
     const gpu::Buffer& nodes() const { return nodes_; }
-    /// Returns the buffer of pairs of triangles (shaders/shared/bvh_nodes.h), which is empty in scenes that are loaded in
-    /// pages.
+    /// Returns the buffer of pairs of triangles (shaders/shared/bvh_nodes.h), which is empty in scenes that are loaded
+    /// in pages.
     const gpu::Buffer& pairs() const { return triangles_; }
     /// Returns the buffer of node indices of the heads of the instances' blocks.
     const gpu::Buffer& heads() const { return heads_; }
     bool slivers() const { return slivers_; }  ///< Returns whether kernels test triangles in double.
 
-    /// Binds UNIT_NODES, UNIT_TRIANGLE_VERTICES, UNIT_BLOCK_HEADS and UNIT_INSTANCES.
+    /// Binds kUnitNodes, kUnitTriangleVertices, kUnitBlockHeads and kUnitInstances.
     void bind() const;
     /// Returns the defines that select the variant of shaders/trace_scene.glsl and shaders/lib/traverse.glsl.
     const gpu::Defines& defines() const { return defines_; }
@@ -181,7 +186,7 @@ class TraceScene {
 /// Adds the passes that find the closest hit of each ray of the batch, and returns the hits: one Hit per path. With a
 /// list, other paths keep their hits. The closest hit lies in the open interval (t_min, t_max), on either side of a
 /// triangle but for RayBatch::backfaces; among equal t the lower (instance, triangle) wins. A miss has triangle kMiss
-/// and t +inf; a search that the driver cut short has t NaN. Throws Error if the driver cannot start so many rays.
+/// and t +inf; a search that the driver cut short has t NaN. Runs throw Error if the driver cannot start so many rays.
 graph::BufferHandle closest_hit(graph::Graph& graph, const TraceScene& scene, const RayBatch& batch,
                                 graph::BufferHandle hits);
 

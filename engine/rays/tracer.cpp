@@ -171,7 +171,6 @@ class BatchRun {
     }
 
     graph::BufferHandle add_tiles(graph::BufferHandle results) {
-        check_groups((batch_.capacity + 63) / 64, batch_.capacity);
         create_buffers();
         add_cull();
         results = add_search(results);
@@ -186,7 +185,6 @@ class BatchRun {
     void create_buffers() {
         const std::size_t bytes = tile_list_bytes(scene_, batch_, tiles_.settings);
         const std::size_t masks = tile_count(batch_, tiles_.settings) * sizeof(shared::TileBlockers);
-        check_storage_block(bytes);
         if (batch_.list) {
             tiles_.lists = graph_.create_buffer("tile lists", {bytes});
             if (any_hit_) tiles_.blockers = graph_.create_buffer("blockers", {masks});
@@ -221,7 +219,9 @@ class BatchRun {
         if (any_hit_) tiles_.blockers = pass.write(tiles_.blockers, update);
         const auto cull = [&scene = scene_, rays = batch_, tiles = tiles_, any = any_hit_,
                            batch = state_](graph::Resources& r) {
-            if (batch->method() == TraceMethod::tiles) cull_tiles(r, scene, rays, tiles, any, batch->culled());
+            if (batch->method() != TraceMethod::tiles) return;
+            check_storage_block(tile_list_bytes(scene, rays, tiles.settings));
+            cull_tiles(r, scene, rays, tiles, any, batch->culled());
         };
         pass.execute([batch = state_, step = timed(&BatchStatistics::Seconds::cull, cull)](graph::Resources& r) {
             batch->begin();

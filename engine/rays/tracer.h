@@ -77,7 +77,7 @@ class Tracer {
 };
 
 /// Adds the passes of closest_hit() and any_hit() of rays.h. The tracer must outlive the graph's runs. Batches of a
-/// graph must differ in kind or depth. Also throws Error if the driver's storage blocks are too small for the tile
+/// graph must differ in kind or depth. Runs also throw Error if the driver's storage blocks are too small for the tile
 /// lists.
 graph::BufferHandle closest_hit(graph::Graph& graph, Tracer& tracer, const RayBatch& batch, graph::BufferHandle hits);
 graph::BufferHandle any_hit(graph::Graph& graph, Tracer& tracer, const RayBatch& batch, graph::BufferHandle occluded);

@@ -35,7 +35,10 @@ class Tracer::Batch {
     /// Returns the method of the last run.
     std::optional<TraceMethod> ran() const { return ran_; }
     bool measuring() const { return measures_ || choice_.on_trial(); }
-    const gpu::Buffer& culled() const { return culled_; }
+    const gpu::Buffer& culled() {
+        if (!culled_) culled_.emplace("tiles culled", sizeof(std::uint32_t));
+        return *culled_;
+    }
     void set_state_bytes(std::size_t bytes) { statistics_.state_bytes = bytes; }
 
     using Step = double BatchStatistics::Seconds::*;
@@ -83,7 +86,7 @@ class Tracer::Batch {
 
     BatchStatistics statistics() const {
         BatchStatistics s = statistics_;
-        s.tiles_culled = culled_.read<std::uint32_t>().front();
+        if (culled_) s.tiles_culled = culled_->read<std::uint32_t>().front();
         return s;
     }
 
@@ -92,7 +95,7 @@ class Tracer::Batch {
         statistics_.steps = {};
         statistics_.tiles = 0;
         statistics_.lists = {};
-        culled_.clear();
+        if (culled_) culled_->clear();
     }
 
     /// Discards the results of earlier trials.
@@ -118,7 +121,7 @@ class Tracer::Batch {
     std::optional<TraceMethod> ran_;
     double seconds_ = 0;
     std::optional<gpu::Stopwatch> watch_;
-    gpu::Buffer culled_{"tiles culled", sizeof(std::uint32_t)};
+    std::optional<gpu::Buffer> culled_;  // number of tiles whose lists were made anew; made by the first run of tiles
 };
 
 }  // namespace halflight::rays

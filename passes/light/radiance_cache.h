@@ -24,6 +24,8 @@ namespace halflight {
 class RadianceCache {
   public:
     RadianceCache();
+    /// Describes a cache for graphs that are compiled and never run. Needs no context.
+    explicit RadianceCache(gpu::Buffer::Unmade unmade) : cells_("", 0, unmade), counts_("", 0, unmade) {}
 
     /// Empties the cache. It must be called when anything but the camera changes: light, material, geometry, bounces.
     void clear();

@@ -24,6 +24,7 @@ struct Connections {
 /// Inputs of both kernels.
 struct GroupInputs {
     SceneView view;
+    std::uint32_t group_size;
     graph::BufferHandle primary_rays, surfaces, states, points, occluded, sun_occluded, sun_light, group_light;
 
     void declare(graph::Pass& pass) const {
@@ -46,18 +47,14 @@ struct GroupInputs {
         gpu::Defines defines = view.path_defines();
         if (occluded) defines.set("HALFLIGHT_PENDING");
         defines.set("HALFLIGHT_REUSE");
-        defines.set("HALFLIGHT_GROUP_SIZE", fmt::format("{}u", view.group_size));
+        defines.set("HALFLIGHT_GROUP_SIZE", group_size);
         return defines;
     }
 };
 
-std::uint32_t connection_count(const SceneView& view) {
-    return view.band.paths() * view.group_size;
-}
-
 Connections connect(graph::Graph& graph, const GroupInputs& inputs) {
     const SceneView& view = inputs.view;
-    const std::uint32_t count = connection_count(view);
+    const std::uint32_t count = view.band.paths() * inputs.group_size;
     Connections c;
     graph::Pass pass = graph.add_pass("reuse: connect");
     inputs.declare(pass);
@@ -70,7 +67,7 @@ Connections connect(graph::Graph& graph, const GroupInputs& inputs) {
     // share a set with the next points.
     rays::RayBatch batch = ray_batch(view, rays::RayKind::connection, c.rays, {}, 0);
     batch.capacity = count;
-    batch.rays_of_path = view.group_size;
+    batch.rays_of_path = inputs.group_size;
     c.occluded = rays::any_hit(graph, view.tracer, batch,
                                graph.create_buffer("connections occluded", {count * sizeof(shared::uint)}));
     return c;
@@ -83,8 +80,9 @@ graph::BufferHandle create_reuse_points(graph::Graph& graph, const SceneView& vi
 }
 
 graph::BufferHandle add_reuse(graph::Graph& graph, const SceneView& view, const GBuffer& g, const PathBuffers& paths,
-                              const Continuation& continuation) {
+                              const Continuation& continuation, std::uint32_t group_size) {
     const GroupInputs inputs{view,
+                             group_size,
                              g.rays,
                              g.surfaces,
                              paths.states,

@@ -13,11 +13,11 @@ namespace halflight {
 graph::BufferHandle create_reuse_points(graph::Graph& graph, const SceneView& view);
 
 /// Adds path reuse after the continuation of `paths`, which have `points`. Connects the first surfaces of each group of
-/// SceneView::group_size pixels with the points of its paths, by one any-hit ray for each member and point. Gathers the
+/// `group_size` pixels with the points of its paths, by one any-hit ray for each member and point. Gathers the
 /// light that each member receives, weighted by the balance heuristic over all members that could have found the point,
 /// visibility included. Returns a DirectLight per path, by component of the receiver. All of it is indirect light that
 /// the states of the paths do not contain.
 graph::BufferHandle add_reuse(graph::Graph& graph, const SceneView& view, const GBuffer& gbuffer,
-                              const PathBuffers& paths, const Continuation& continuation);
+                              const PathBuffers& paths, const Continuation& continuation, std::uint32_t group_size);
 
 }  // namespace halflight

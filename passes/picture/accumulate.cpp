@@ -56,7 +56,7 @@ Accumulated add_accumulate(graph::Graph& graph, const SceneView& view, const Sam
 
     Accumulated out;
     const auto keep = [&](const char* name, std::size_t doubles, const char* block) {
-        const std::string own = view.sums == 0 ? name : fmt::format("{} {}", name, view.sums);
+        const std::string own = options.sums == 0 ? name : fmt::format("{} {}", name, options.sums);
         const graph::BufferHandle before = graph.carried_buffer(own, {paths * doubles * sizeof(double)});
         return pass.write(before, Access::storage_read_write, block);
     };

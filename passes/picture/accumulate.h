@@ -14,6 +14,7 @@ struct AccumulateOptions {
     bool features = false;
     bool halves = false;
     std::optional<float> clamp{};  // highest luminance of a sample's indirect light, > 0, +inf allowed
+    std::uint32_t sums = 0;        // index of the sums, if bands have sums of their own
 };
 
 /// Adds one sample to the sums, which are carried in the graph's History; sample 0 of a frame starts them anew.

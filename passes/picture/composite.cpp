@@ -41,13 +41,13 @@ Composite add_composite(graph::Graph& graph, const Band& band, const Accumulated
     }
     if (view_kernel && straight_view) defines.set("HALFLIGHT_STRAIGHT_VIEW");
     if (opaque_background) defines.set("HALFLIGHT_OPAQUE_BACKGROUND");
-    pass.kernel({view_kernel ? view_kernel->source() : "shaders/composite.comp", defines});
+    graph::Kernel kernel{view_kernel ? view_kernel->source() : "shaders/composite.comp", defines};
+    if (view_kernel)
+        kernel.bind = [view_kernel](graph::Resources&, const gpu::Program& program) { view_kernel->bind(program); };
+    pass.kernel(std::move(kernel));
     pass.execute([=](graph::Resources& r) {
         const gpu::Program& program = r.kernel();
-        if (view_kernel) {
-            view_kernel->bind(program);
-            program.set("exposure_scale", view_kernel->exposure_scale());
-        }
+        if (view_kernel) program.set("exposure_scale", view_kernel->exposure_scale());
         program.set("samples", static_cast<std::uint32_t>(samples));
         program.set("size", ivec2(band.image.x, band.rows));
         program.set("tiles", band.tiles());

@@ -42,7 +42,7 @@ CatcherOcclusion add_catcher_occlusion(graph::Graph& graph, const SceneView& vie
 }
 
 void add_shadow_catchers(graph::Graph& graph, const SceneView& view, const SampleInputs& sample,
-                         const CatcherOcclusion& occlusion, Accumulated& sums) {
+                         const CatcherOcclusion& occlusion, std::uint32_t index, Accumulated& sums) {
     graph::Pass pass = graph.add_pass("shadow catchers: accumulate");
     gpu::Defines defines = view.path_defines();
     view.read_frame(pass);
@@ -58,7 +58,7 @@ void add_shadow_catchers(graph::Graph& graph, const SceneView& view, const Sampl
         defines.set("HALFLIGHT_LIGHT_SAMPLES");
         defines.set("HALFLIGHT_SHADOW_RAYS", view.shadow_rays);
     }
-    const std::string name = view.sums == 0 ? "catcher sums" : fmt::format("catcher sums {}", view.sums);
+    const std::string name = index == 0 ? "catcher sums" : fmt::format("catcher sums {}", index);
     const std::size_t bytes = view.band.paths() * kCatcherSums * sizeof(double);
     sums.catchers = pass.write(graph.carried_buffer(name, {bytes}), Access::storage_read_write, "CatcherSums");
     sums.bad_values = pass.write(sums.bad_values, Access::storage_read_write, "Counts");

@@ -16,9 +16,9 @@ struct CatcherOcclusion {
 CatcherOcclusion add_catcher_occlusion(graph::Graph& graph, const SceneView& view, const SampleInputs& sample);
 
 /// Adds the light samples of a sample to the sums of shadow catchers, Accumulated::catchers, and counts bad values in
-/// `sums`, which add_accumulate() has returned. An occluded sample counts for the light without the other objects if
-/// no catcher occludes it.
+/// `sums`, which add_accumulate() has returned. index: AccumulateOptions::sums. An occluded sample counts for the light
+/// without the other objects if no catcher occludes it.
 void add_shadow_catchers(graph::Graph& graph, const SceneView& view, const SampleInputs& sample,
-                         const CatcherOcclusion& occlusion, Accumulated& sums);
+                         const CatcherOcclusion& occlusion, std::uint32_t index, Accumulated& sums);
 
 }  // namespace halflight

@@ -5,9 +5,8 @@
 #include "shaders/lib/path_pixel.glsl"
 #include "shaders/lib/sampling.glsl"
 
-const bool kLens = HALFLIGHT_LENS != 0;  // rays start on the lens
-// Rays follow shaders/shared/ray_projections.h. The frame's matrices lead to camera coordinates.
-const bool kOptics = HALFLIGHT_OPTICS != 0;
+const bool kLens = HALFLIGHT_LENS != 0;      // rays start on the lens
+const bool kOptics = HALFLIGHT_OPTICS != 0;  // rays follow ray_projections.h; the frame's matrices lead to the camera
 
 // Samples the aperture uniformly: the unit disk, or the regular polygon inscribed in it. An edge crosses the x axis.
 vec2 sample_aperture(vec2 xi, float blades) {

@@ -4,8 +4,7 @@
 //   grid   RGBA32UI, 4 texels. 16-bit cells of a grid over the hierarchy's space. Texel 0 to 2 is an axis:
 //          (lower of children 0 | 1 << 16, of 2 | 3 << 16, upper of 0 | 1 << 16, of 2 | 3 << 16). Texel 3: references.
 //   float  RGBA32UI, 8 texels of floats. Texel 2a holds the lower bounds of the children along axis a, 2a + 1 the
-//   upper.
-//          Texel 6: references. Texel 7 is padding.
+//          upper ones. Texel 6: references. Texel 7 is padding.
 //   page   RGBA32UI, 3 texels, in scenes whose hierarchy is loaded in pages; see below.
 // A hierarchy starts with a head in place of a node: texel 0 (base.xyz, slack), texel 1 (cell.xyz, 0), as floats. The
 // grid is base + cell * [0, kGridCells]; both formats are inside it. Node 1 after the head is the root. The head of the

@@ -48,7 +48,7 @@ void Stage::update() {
 }
 
 SceneView Stage::view(graph::Graph& graph) {
-    return {programs_, buffers_, trace_, tracer_, sample_.band, graph.import_buffer("frame constants", constants_)};
+    return {buffers_, trace_, tracer_, sample_.band, graph.import_buffer("frame constants", constants_)};
 }
 
 std::size_t Stage::path(int x, int y) const {

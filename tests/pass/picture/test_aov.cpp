@@ -126,7 +126,7 @@ class DebugAovTest : public PassTest {
         rays::Tracer tracer(stage.view(unused).trace, culling);
         const auto view_of = [&](graph::Graph& graph) {
             const SceneView v = stage.view(graph);
-            SceneView view{v.programs, v.scene, v.trace, tracer, v.band, v.frame_constants};
+            SceneView view{v.scene, v.trace, tracer, v.band, v.frame_constants};
             view.shadow_rays = shadow_rays;
             return view;
         };

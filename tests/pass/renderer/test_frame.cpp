@@ -42,7 +42,7 @@ TEST_F(FrameTest, NoUnwrittenMemoryIsRead) {
     Stage stage(programs, scene, scene.cameras[0], {45, 37});
     gpu::Buffer bad_values("bad values", kBadValueCounts * sizeof(std::uint32_t));
     graph::Graph graph;
-    const Frame frame = add_frame(graph, stage.view(graph), {4, true, true}, bad_values);
+    const Frame frame = add_frame(graph, stage.view(graph), {4, true, true}, {bad_values});
     std::vector<std::vector<double>> first;
     for (const bool poison : {false, true}) {
         for (const bool alias : {true, false}) {

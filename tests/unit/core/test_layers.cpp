@@ -151,6 +151,30 @@ TEST(Layers, NoEffectIncludesAnother) {
     EXPECT_GT(effects, 10) << "too few effects were found";
 }
 
+TEST(Layers, EveryFeatureOfShadersIsGiven) {
+    // A feature that nobody sets is 0 (engine/gpu/shader_source.h), so a misspelt one would be off in silence.
+    static const std::regex feature(R"(\bHALFLIGHT_(\w+))"), defined(R"(#define HALFLIGHT_(\w+))"),
+        given(R"re("(?:HALFLIGHT_)?([A-Z][A-Z_0-9]*)")re"), comment("//.*"),
+        of_lobe("_(ROW|LAYER|LAYERS|BANK_[0-9]|BANK_SHIFT)$");
+    std::set<std::string> known = {"INCLUDED"};
+    const auto add_all = [&](const std::string& text, const std::regex& pattern) {
+        for (std::sregex_iterator at(text.begin(), text.end(), pattern), end; at != end; ++at) known.insert((*at)[1]);
+    };
+    for (const auto& [path, text] : sources())
+        if (!path.starts_with("tests/")) add_all(text, path.starts_with("shaders/") ? defined : given);
+    int features = 0;
+    for (const auto& [path, text] : sources()) {
+        if (!path.starts_with("shaders/")) continue;
+        const std::string code = std::regex_replace(text, comment, "");
+        for (std::sregex_iterator at(code.begin(), code.end(), feature), end; at != end; ++at, ++features) {
+            const std::string name = (*at)[1];
+            EXPECT_TRUE(known.contains(name) || known.contains(std::regex_replace(name, of_lobe, "")))
+                << path << ": nobody sets HALFLIGHT_" << name;
+        }
+    }
+    EXPECT_GT(features, 100) << "too few features were found";
+}
+
 TEST(Layers, EveryRoomIsAFolder) {
     // A room lists only rooms above it in the file (otherwise allowed() throws), so there is no cycle.
     EXPECT_GT(allowed().size(), 15u);

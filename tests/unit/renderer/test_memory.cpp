@@ -74,7 +74,7 @@ TEST(Memory, OmittedPartsTakeNoMemory) {
     EXPECT_LT(band(0, Reuse::off), band(1, Reuse::off));
     EXPECT_LT(band(kBounces, Reuse::off, {}), all);
     EXPECT_GT(band(kBounces, Reuse::four), all + kPixels * 4 * sizeof(shared::Ray));
-    EXPECT_GT(band(kBounces, Reuse::automatic), all / 2) << "groups of 16, and therefore smaller bands";
+    EXPECT_GT(band(kBounces, Reuse::automatic), all / 3) << "groups of 16, and therefore smaller bands";
     SceneNeeds glossy = lit_scene(), sunny = lit_scene();
     glossy.glossy = sunny.sun = true;
     EXPECT_GT(band(kBounces, Reuse::off, glossy), all);

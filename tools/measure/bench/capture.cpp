@@ -47,7 +47,7 @@ class Studio {
           size_(size),
           buffers_(tables, build_shading_tables(scene, tables)) {
         const std::size_t row_of_blocks = (static_cast<std::size_t>(size.x) + 15) / 16 * 256;
-        const std::size_t rows = context.limits().storage_block_bytes / buffers_.widest_record_bytes() / row_of_blocks;
+        const std::size_t rows = context.limits().storage_block_bytes / widest_record_bytes(buffers_) / row_of_blocks;
         band_ = {size, 0, std::min(static_cast<int>(std::clamp<std::size_t>(rows, 1, 4096)) * 16, size.y)};
     }
 
@@ -55,8 +55,7 @@ class Studio {
         RaySet set;
         for (Band where = band_; where.y < size_.y; where.y += band_.rows) {
             graph::Graph graph;
-            const SceneView view{programs_, buffers_, trace_,
-                                 tracer_,   band_,    graph.import_buffer("frame constants", frame_)};
+            const SceneView view{buffers_, trace_, tracer_, band_, graph.import_buffer("frame constants", frame_)};
             look_at(where);
             append(graph, add(graph, view), where, set);
         }

@@ -18,6 +18,7 @@
 #include "renderer/frame_constants.h"
 #include "shaders/shared/path_state.h"
 #include "shaders/shared/pixel_order.h"
+#include "tools/measure/bench/graph_run.h"
 #include "tools/measure/bench/naive_tracer.h"
 
 namespace halflight::bench {
@@ -50,7 +51,7 @@ struct Subject {
           storage_block_bytes(context.limits().storage_block_bytes),
           bounces(order.bounces),
           band{order.size, 0, order.size.y} {
-        if (band.paths() * buffers.widest_record_bytes() > storage_block_bytes)
+        if (band.paths() * widest_record_bytes(buffers) > storage_block_bytes)
             throw Error("--size", "frames of {}x{} need more than one band of this driver", order.size.x, order.size.y);
     }
 
@@ -76,9 +77,9 @@ class Rendering {
             tracer_.emplace(subject.trace, variant.culling);
         }
         graph::Graph graph;
-        const SceneView view{subject.programs, subject.buffers, subject.trace,
-                             *tracer_,         subject.band,    graph.import_buffer("frame constants", constants_)};
-        frame_ = add_frame(graph, view, {.bounces = subject.bounces}, bad_values_);
+        const SceneView view{subject.buffers, subject.trace, *tracer_, subject.band,
+                             graph.import_buffer("frame constants", constants_)};
+        frame_ = add_frame(graph, view, {.bounces = subject.bounces}, {bad_values_});
         compiled_ = graph::compile(graph);
         watch_batches();
     }

@@ -3,9 +3,15 @@
 #include <algorithm>
 
 #include "engine/core/error.h"
+#include "shaders/shared/path_state.h"
 #include "shaders/shared/reuse_groups.h"
 
 namespace halflight::bench {
+
+std::size_t widest_record_bytes(const SceneBuffers& scene) {
+    constexpr std::size_t sums = 6 * sizeof(double);  // bytes: RGB radiance of two lobes
+    return std::max({scene.surface_record_bytes(), sizeof(shared::PathState), sums});
+}
 
 graph::BufferHandle named(const graph::Graph& graph, std::string_view name) {
     const auto& nodes = graph.resources();

@@ -4,6 +4,7 @@
 #include <functional>
 #include <string_view>
 
+#include "engine/device/scene_buffers.h"
 #include "engine/graph/compile.h"
 #include "engine/graph/execute.h"
 #include "engine/rays/batch_server.h"
@@ -18,6 +19,9 @@ using AddTrace =
 /// Returns the last version of the graph's resource of that name, which may be internal to a pass. Throws Error if
 /// there is none.
 graph::BufferHandle named(const graph::Graph& graph, std::string_view name);
+
+/// Returns the bytes of the widest record that a frame keeps per path.
+std::size_t widest_record_bytes(const SceneBuffers& scene);
 
 /// Returns the passes that trace without culling.
 AddTrace add_plain(const Bench& bench);
