@@ -1,5 +1,5 @@
-// Adds the light of a neighbouring frame to the mean of halves over frames, as far as noise explains how it differs from
-// this frame. Differences in one half decide about the other one.
+// Adds the light of a neighbouring frame to the mean of halves over frames, as far as noise explains how it differs
+// from this frame. Differences in one half decide about the other one.
 layout(local_size_x = 8, local_size_y = 8) in;
 
 uniform sampler2D near_first;

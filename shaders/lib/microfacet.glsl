@@ -88,8 +88,7 @@ vec2 ggx_albedo(float cosine, float alpha) {
     return albedo;
 }
 
-// --- Anisotropic GGX
-// --------------------------------------------------------------------------------------------------
+// --- Anisotropic GGX -------------------------------------------------------------------------------------------------
 
 // Returns length(alpha w.xy, w.z), which takes the place of ggx_root().
 float ggx_root(vec3 local, vec2 alpha) { return length(vec3(alpha * local.xy, local.z)); }
@@ -133,8 +132,7 @@ vec2 ggx_albedo(vec3 wo, vec2 alpha) {
     return vec2(entry.x - edge, edge);
 }
 
-// --- Thin film
-// --------------------------------------------------------------------------------------------------------
+// --- Thin film -------------------------------------------------------------------------------------------------------
 
 // Terms of the reflectance of a film at one cosine that do not depend on what is below it (SHADING.md, Iridescence).
 struct FilmWaves {
@@ -189,8 +187,7 @@ vec3 film_reflectance(FilmWaves w, vec3 f0) {
     return mix(mix(f0, vec3(1.0), w.edge), clamp(sum, 0.0, 1.0), w.presence);
 }
 
-// --- Solid transmission
-// ------------------------------------------------------------------------------------------------
+// --- Solid transmission ----------------------------------------------------------------------------------------------
 
 // Returns the Fresnel reflectance of a dielectric for unpolarised light, 1 in total internal reflection. x: cosine of
 // wo with the microfacet's normal; eta: index of refraction beyond the surface over that on wo's side.
@@ -265,8 +262,7 @@ float solid_albedo(float cosine, float alpha, float eta, float strength) {
     return strength < 1.0 ? mix(found.y, found.x, strength) : found.x;
 }
 
-// --- Sheen
-// ------------------------------------------------------------------------------------------------------------
+// --- Sheen -----------------------------------------------------------------------------------------------------------
 
 // Returns l_h of the sheen (SHADING.md), times mu_i.
 float sheen_scattered(vec3 n, float alpha, vec3 wo, vec3 wi) {
