@@ -39,7 +39,7 @@ struct PictureSettings {
     // picture's edges. Its pixels have the bits of the whole picture. None: the whole picture.
     std::optional<PixelWindow> crop{};
     int overscan = 0;  // pixels that are added on each side of crop or picture, >= 0
-    // Reflections and refractions along a path, >= 0; 0: emission only, 1: direct light; none: default_bounces() where
+    // Reflections and refractions along a path, >= 0; 0: emission only, 1: direct light; none: default_bounces() if
     // a FrameRenderer renders, else kBounces.
     std::optional<int> bounces{};
     // Largest luminance of a sample of a pixel's indirect light; 0: not clamped. Brighter samples keep their hue and
