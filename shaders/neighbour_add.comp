@@ -19,7 +19,7 @@ uniform float pooled_squares;  // sum of the squares of the weights of `pooled`
 #include "shaders/shared/denoise.h"
 
 const float kExplained = 6.0;  // squared difference that noise explains, in variances, which few samples underestimate
-// Differences below its root count as none.
+// Least variance: differences below its root count as none.
 const float kLeastVariance = 1e-6;
 
 // Returns the new mean with the sum of the weights.

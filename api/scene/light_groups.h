@@ -18,8 +18,8 @@ struct FoundLightGroups {
 
 /// The groups of SceneEdits::each_light, which all poses of a scene share.
 struct SeparateLights {
-    std::vector<std::string> names;  // the last one is that of all other lights
-    FoundLightGroups groups;         // without instances
+    std::vector<std::string> names;  // names of the groups; the last group has all other lights
+    FoundLightGroups groups;         // groups of lights, materials and environment; `instances` is empty
 };
 
 /// Throws Error about `subject` if the name of a group cannot name a layer.

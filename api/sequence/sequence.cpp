@@ -362,7 +362,7 @@ void check_scene_files(const LoadedScene& scene, const SequenceOptions& o) {
     const auto check = [&](const std::filesystem::path& path) {
         const auto known = read.find(path.filename());
         if (known == read.end()) return;
-        std::error_code none;  // files that are missing are not equivalent
+        std::error_code none;  // ignored: a file that is missing is no file of the scene
         for (const auto& file : known->second)
             if (std::filesystem::equivalent(file, path, none)) throw Error(path.string(), "is a file of the scene");
     };

@@ -169,7 +169,7 @@ void render_picture(const RenderArguments& a) {
             return true;
         });
     } catch (const Interrupted&) {
-        // Only now the samples are saved that were there when the signal came.
+        // The samples that were there when the signal came have been saved by now.
         if (rendering) stop_point(a.outputs[0], after_samples(samples_done, checkpoint, height));
         throw;
     }
