@@ -161,7 +161,7 @@ int Renderer::State::render_band_adaptively(const FrameSettings& frame, const Ba
 
     std::vector<std::uint32_t> counts;
     for (const std::size_t place : blocks_in_picture(where)) counts.push_back(place < plan.size() ? plan[place] : from);
-    const int wanted = frame.samples / 2 * 2;  // an even number, since both halves stand for as many samples
+    const int wanted = frame.samples / 2 * 2;  // both halves stand for as many
     if (complete) {
         with.samples = counts;
         return wanted;

@@ -150,10 +150,10 @@ struct Renderer::State {
     /// Callback that receives the finished and the expected number of samples of a band; returns false to stop.
     using AfterSample = std::function<bool(int done, int total)>;
     /// Adds samples to a band that has `first` samples, until there are enough, time is up, or the callback returns
-    /// false. Saves checkpoints if the frame has them. Returns the number of all samples.
+    /// false. Saves checkpoints where the frame has them. Returns the number of all samples.
     int render_band(const FrameSettings& frame, const Band& where, CompiledBand& with, int first, double time_limit,
                     const AfterSample& after_sample);
-    /// Adds samples like render_band(), but also stops if the error of the band is below the target. If all bands
+    /// Adds samples like render_band(), but also stops where the error of the band is below the target. Where all bands
     /// are below it, so is the picture. Adds the error of the band to that of the picture.
     /// state: that of an earlier run, whose sums are in the band.
     int render_band_to_error(const FrameSettings& frame, const Band& where, CompiledBand& with, double time_limit,

@@ -121,7 +121,7 @@ void note_exposure(const ViewTransform& requested, const RenderSettings& used, c
 /// in one thread at a time. Makes its context current on the calling thread.
 class FrameRenderer {
   public:
-    /// The scene must outlive the renderer. Throws Error where there is no such device, and for settings that
+    /// The scene must outlive the renderer. Throws Error if there is no such device, and for settings that
     /// cannot be combined (engine/settings/constraints.h); the first picture checks the rest.
     FrameRenderer(LoadedScene& scene, RenderSettings settings, RendererOptions options = {});
     FrameRenderer(FrameRenderer&&) noexcept;

@@ -1,6 +1,6 @@
-// All settings of a renderer (constraints.h says which cannot be combined): its scene (SceneSettings), how the picture
-// is made (FrameSettings, PictureSettings) and how the work is scheduled, which never changes the picture
-// (ScheduleSettings). No OpenGL is used.
+// All settings of a renderer. SceneSettings are its scene. FrameSettings and PictureSettings say how the picture is
+// made. ScheduleSettings say how the work is scheduled, which never changes the picture. constraints.h says which
+// settings cannot be combined. No OpenGL is used.
 #pragma once
 
 #include <cstddef>

@@ -142,10 +142,10 @@ void use_settings(const CLI::App& app, RenderArguments& arguments);
 
 /// Declares all options of `halflight view`.
 void add_preview_options(CLI::App& app, PreviewArguments& arguments);
-/// Reads the file that settings are saved to, where it exists; options override it.
+/// Reads the file that settings are saved to, if it exists; options override it.
 void use_settings(const CLI::App& app, PreviewArguments& arguments);
 
-/// Returns whether an option was given; false where the command lacks it.
+/// Returns whether an option was given; false if the command lacks it.
 bool given(const CLI::App& app, const std::string& option);
 /// Returns the features of the arguments that are no settings.
 Occasion occasion_of(const RenderArguments& arguments);

@@ -47,7 +47,7 @@ struct ViewArguments {
     RenderSettings settings;
     std::optional<int> width;              // width of the picture, pixels; none: not given
     std::optional<int> height;             // height of the picture, pixels; none: not given
-    int usual_width = 1280;                // width where neither is given, pixels
+    int usual_width = 1280;                // width if neither is given, pixels
     std::vector<EditOption> edit_options;  // options that are in `choice.edits` already
 
     std::string device;

@@ -226,7 +226,7 @@ void check_converge_options(const CLI::App& app, ConvergeArguments& a) {
     check_optics_options(app, a);
     if (a.reference.maker == converge::ReferenceOrder::Maker::file)
         for (const char* option : {"--reference-samples", "--cache"})
-            if (given(app, option)) throw UsageError(option, "has no meaning where --reference is a file");
+            if (given(app, option)) throw UsageError(option, "has no meaning if --reference is a file");
 }
 
 }  // namespace halflight
