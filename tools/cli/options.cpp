@@ -272,9 +272,9 @@ void add_log_options(Options& options, LogChoice& choice) {
                       choice.level = *level;
                   });
     options.flag(
-        "--quiet", [&] { choice.level = LogLevel::error; }, "prints errors only: --log-level error");
+        "--quiet", [&] { choice.level = LogLevel::error; }, "prints errors only, like --log-level error");
     options.flag(
-        "--verbose", [&] { choice.level = LogLevel::detail; }, "prints details: --log-level detail");
+        "--verbose", [&] { choice.level = LogLevel::detail; }, "prints details, like --log-level detail");
     options.path("--log", "FILE", "appends all messages to a file, with date and time, also those that are not printed",
                  choice.file);
     options.alternatives({"--quiet", "--verbose", "--log-level"});

@@ -102,7 +102,7 @@ void add_options(CLI::App& app, CompareArguments& a) {
     value("--ppd", "N", "pixels per degree of visual angle, for FLIP (default 67)",
           [&](const std::string& text) { a.pixels_per_degree = number(text, 1); });
     value("--map", "FILE",
-          "writes maps of the error: all of them to an .exr, or that of the first layer to a .png, by FLIP if it is "
+          "writes maps of the error. An .exr has all of them; a .png has that of the first layer, by FLIP if it is "
           "measured, else by the first metric",
           [&](const std::string& text) {
               a.map = text;
