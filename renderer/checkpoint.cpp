@@ -52,7 +52,7 @@ std::string text_of(const Head& head) {
 
 class Reader {
   public:
-    /// Reads the head. Throws Error where there is none.
+    /// Reads the head. Throws Error if there is none.
     /// advice: what the user can do about a damaged file.
     Reader(std::filesystem::path file, const char* advice) : path_(std::move(file)), source_(path_), advice_(advice) {
         std::string buffer;
@@ -205,7 +205,7 @@ Checkpoint::Checkpoint(std::filesystem::path folder, std::string fingerprint, do
 }
 
 Checkpoint::~Checkpoint() {
-    // rmdir() fails where the folder is not empty, or a link to one.
+    // rmdir() fails if the folder is not empty, or a link to one.
     if (use_ != Use::merge && is_named(lock_, folder_)) rmdir(folder_.c_str());
     close(lock_);
 }
@@ -302,7 +302,7 @@ void Checkpoint::discard(const std::filesystem::path& folder) {
     if (!std::filesystem::is_directory(folder, none)) return;
     try {
         Checkpoint(folder, "", 1, Use::anew, 0);
-    } catch (const CheckpointBusy&) {  // the other process needs it
+    } catch (const CheckpointBusy&) {  // the other process needs the folder
     }
 }
 

@@ -46,7 +46,7 @@ class Checkpoint {
 
     /// Makes or opens the folder. fingerprint: text that tells scene, settings and frame apart. interval: seconds
     /// between two saves, > 0. wait: seconds to wait for another process that has the folder open. Throws
-    /// CheckpointBusy if it keeps it, and Error where the folder cannot be written, and where a file is damaged or has
+    /// CheckpointBusy if it keeps it, and Error if the folder cannot be written, and if a file is damaged or has
     /// another fingerprint.
     Checkpoint(std::filesystem::path folder, std::string fingerprint, double interval, Use use = Use::go_on,
                double wait = 5);
@@ -67,26 +67,26 @@ class Checkpoint {
     /// Returns whether the files hold all samples of rows 0 to `height` - 1.
     bool complete(int height) const;
 
-    /// Saves a band, whose arrays are number 0 to `arrays` - 1 of `array`. Sets SavedBand::seconds. Where that fails,
+    /// Saves a band, whose arrays are number 0 to `arrays` - 1 of `array`. Sets SavedBand::seconds. If that fails,
     /// for example on a full disk, the last file of the band stays, and problem() says why.
     void save(SavedBand band, std::size_t arrays, const std::function<Bytes(std::size_t)>& array);
     /// Returns the last failure of save() for the first band that was not saved since; empty: none.
     std::string problem() const { return problems_.empty() ? std::string() : problems_.begin()->second; }
-    /// Returns a band that an earlier run has saved; none where there is none. Calls `take` with each array. Throws
-    /// Error where the file is damaged, or where bands had another number of rows.
+    /// Returns a band that an earlier run has saved; none if there is none. Calls `take` with each array. Throws
+    /// Error if the file is damaged, or if bands had another number of rows.
     std::optional<SavedBand> load(int y, int rows, std::size_t arrays,
                                   const std::function<void(std::size_t, Bytes)>& take) const;
 
     /// Removes all files and the folder, after the picture was written.
     void remove();
-    /// Does so for a folder that is not open, unless another process has it open.
+    /// Removes all files and a folder that is not open, unless another process has it open.
     static void discard(const std::filesystem::path& folder);
 
   private:
     std::filesystem::path file_of(int y) const;
     /// Returns the bands that have files, by their first rows. Throws Error for a file of another picture.
     std::map<int, SavedBand> bands() const;
-    /// Returns what the user can do about a file that is of no use.
+    /// Returns advice for the user about a file that cannot be used.
     const char* advice() const;
 
     std::filesystem::path folder_;

@@ -20,7 +20,7 @@ namespace halflight {
 
 /// Returns MurmurHash3_x86_32 (Appleby) with seed 0.
 std::uint32_t murmur3(std::string_view bytes);
-/// Returns the hash of a name as a float that files preserve. Where it would be a denormal number, an infinity or not a
+/// Returns the hash of a name as a float that files preserve. If it would be a denormal number, an infinity or not a
 /// number, the lowest bit of the exponent is flipped ("uint32_to_float32" of the specification).
 float cryptomatte_id(std::string_view name);
 
@@ -65,7 +65,7 @@ class IdCoverage {
 class Mattes {
   public:
     /// Prepares counts for the mattes among the layers. paths: number of paths of a band. pages: the scene's pages,
-    /// which outlive the object; null where its geometry is in memory.
+    /// which outlive the object; null if its geometry is in memory.
     Mattes(const TraceTables& tables, std::span<const std::string> objects, std::span<const std::string> materials,
            std::span<const std::string> aovs, std::size_t paths, const paging::PageSource* pages = nullptr);
 

@@ -20,7 +20,7 @@ namespace halflight {
 /// once.
 class DenoiseStage {
   public:
-    /// Prepares for settings with `denoise`. Throws Error where the driver has no textures so large.
+    /// Prepares for settings with `denoise`. Throws Error if the driver has no textures so large.
     DenoiseStage(gpu::ProgramCache& programs, const RenderSettings& settings, const ColorConfig& colors,
                  const FrameNeeds& needs, const SceneNeeds& scene);
 

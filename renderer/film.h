@@ -30,7 +30,7 @@ std::size_t film_bytes(const RenderSettings& settings);
 /// The images of a picture: its colour, the colour through the view transform, and one image per layer.
 class Film {
   public:
-    /// Allocates the layers that the settings request. pages: the scene's pages; null where its geometry is in memory.
+    /// Allocates the layers that the settings request. pages: the scene's pages; null if its geometry is in memory.
     Film(const RenderSettings& settings, const TraceTables& tables, const paging::PageSource* pages = nullptr)
         : Film(settings, tables, pages, settings.aovs) {}
     /// Allocates some of the layers, as choose() does.
@@ -42,7 +42,7 @@ class Film {
     /// Returns whether a layer of one of these sources is in the film.
     bool wants(std::initializer_list<LayerSource> sources) const;
 
-    /// Sums over a band's samples, by path index (see Accumulated); empty where the frame left them out.
+    /// Sums over a band's samples, by path index (see Accumulated); empty if the frame left them out.
     struct Sums {
         std::vector<double> emission{}, direct{}, indirect{}, squares{}, features{}, groups{};
         double beauty(std::size_t path, std::size_t channel) const;

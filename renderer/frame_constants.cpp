@@ -17,7 +17,7 @@ struct Clip {
 };
 
 /// Returns the clip planes. With reversed float depth, the distance of the near plane only scales all depths, so the
-/// precision does not depend on it. Where the camera sets no near plane, the plane is closer than any surface, even in
+/// precision does not depend on it. If the camera sets no near plane, the plane is closer than any surface, even in
 /// scenes of 10^7 m.
 Clip clip_of(const Camera& camera, double reach) {
     const double chosen = camera.orthographic ? 0.0 : std::max(reach, 1e-18) * 0x1p-60;
@@ -138,7 +138,7 @@ dmat4 world_to_clip(const Camera& camera, const ivec2& image, double reach) {
     projection[0][0] = 1 / half.x;
     projection[1][1] = 1 / half.y;
     if (camera.orthographic) {
-        // Depth is 1 at the near plane and 0 at the far plane, or just beyond the scene where that is nearer, since all
+        // Depth is 1 at the near plane and 0 at the far plane, or just beyond the scene if that is nearer, since all
         // depths share the precision of a float. The camera rays' t_max enforces the far plane.
         const double far_plane = std::min(clip.far_plane, clip.near_plane + 2 * std::max(reach, 1e-30));
         projection[2][2] = 1 / (far_plane - clip.near_plane);

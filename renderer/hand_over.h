@@ -27,7 +27,7 @@ double cached_weight(int samples);
 SampleView cached_view(const FrameSettings& frame, const Band& band, std::uint32_t first, std::uint32_t index,
                        SamplePoints points);
 
-/// Sums of a band (Accumulated), in the history of the executor of its graph; null where the frame left them out.
+/// Sums of a band (Accumulated), in the history of the executor of its graph; null if the frame left them out.
 struct SumBuffers {
     gpu::Buffer *emission = nullptr, *direct = nullptr, *indirect = nullptr, *squares = nullptr, *features = nullptr,
                 *halves = nullptr, *groups = nullptr, *catchers = nullptr;
@@ -39,13 +39,13 @@ struct ShownSums {
     SumBuffers sums;
     int samples = 0;   // number of samples in the sums
     int mattes = 0;    // number of samples in the mattes, which hold only the last kind of sample
-    double first = 0;  // number of samples of the first half; where kinds of samples are blended, by their weights
+    double first = 0;  // number of samples of the first half; if kinds of samples are blended, by their weights
 };
 
 /// Blends the sums of cached and unbiased samples. Owns the blended buffers.
 class HandOver {
   public:
-    /// Returns the sums of the first `done` samples of a band, blended where there are both kinds. They are valid until
+    /// Returns the sums of the first `done` samples of a band, blended if there are both kinds. They are valid until
     /// the next call. cached: sums of the first kCachedSamples samples. Null: all samples are in `others`.
     ShownSums shown(graph::Executor& executor, const SumBuffers* cached, const SumBuffers& others, int done);
 

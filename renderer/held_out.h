@@ -17,7 +17,7 @@ namespace halflight {
 using RenderNoisy = std::function<RenderResult(const FrameSettings& settings, const ProgressCallback& progress)>;
 
 /// Renders two further pictures of RenderSettings::denoise_error samples and enters the error of the denoised picture
-/// into its statistics. Does nothing for a picture that is not denoised. Where the callback stops it, the result is
+/// into its statistics. Does nothing for a picture that is not denoised. If the callback stops it, the result is
 /// marked as interrupted.
 void estimate_denoised_error(const RenderSettings& settings, RenderResult& result, const RenderNoisy& render,
                              const ProgressCallback& progress);

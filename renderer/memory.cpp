@@ -251,7 +251,7 @@ std::size_t least_picture_bytes(const RenderSettings& settings, const PictureUse
 
 MemoryEstimate fit_into_memory(const SceneNeeds& scene, const SceneSize& size, RenderSettings& settings,
                                const PictureUse& use, std::size_t bytes) {
-    constexpr std::size_t kSmallestBand = std::size_t{1} << 12;  // pixels; one row of blocks where that is more
+    constexpr std::size_t kSmallestBand = std::size_t{1} << 12;  // pixels; one row of blocks if that is more
     const auto too_large = [&](const MemoryEstimate& m) { return m.picture() > bytes; };
     MemoryEstimate m = estimate_memory(scene, size, settings, use);
     if (!too_large(m)) return m;

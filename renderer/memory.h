@@ -45,7 +45,7 @@ MemoryEstimate estimate_memory(const SceneNeeds& scene, const SceneSize& size, R
 std::size_t least_picture_bytes(const RenderSettings& settings, const PictureUse& use);
 
 /// Makes the bands and the visibility state of `settings` small enough for the picture to take `bytes` at most. The
-/// picture does not depend on them. Returns its estimate, which is larger than `bytes` where even the smallest bands do
+/// picture does not depend on them. Returns its estimate, which is larger than `bytes` if even the smallest bands do
 /// not fit.
 MemoryEstimate fit_into_memory(const SceneNeeds& scene, const SceneSize& size, RenderSettings& settings,
                                const PictureUse& use, std::size_t bytes);

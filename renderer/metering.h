@@ -12,7 +12,7 @@ namespace halflight {
 
 inline constexpr float kNearStops = 3;  ///< pictures whose exposure would be smaller are not changed
 
-/// Returns the exposure of a linear picture in stops, a multiple of 0.01: 0 where the picture is black, or where the
+/// Returns the exposure of a linear picture in stops, a multiple of 0.01: 0 if the picture is black, or if the
 /// exposure would be below kNearStops either way.
 ///
 /// The logarithm of the luminance is averaged over the pixels between the 20th and the 95th percentile, black pixels
@@ -22,7 +22,7 @@ inline constexpr float kNearStops = 3;  ///< pictures whose exposure would be sm
 float metered_exposure(const Image& picture, const Optics& optics = {});
 
 /// Returns the exposure of the settings' camera in the current pose of the scene, by a picture of about kMeterPixels
-/// pixels and kMeterSamples samples. Returns none where `progress` has cancelled. Throws Error as Renderer does.
+/// pixels and kMeterSamples samples. Returns none if `progress` has cancelled. Throws Error as Renderer does.
 std::optional<float> find_exposure(PreparedScene& scene, const ColorConfig& colors, const RenderSettings& settings,
                                    const PilotProgress& progress = {});
 inline constexpr double kMeterPixels = 64 * 36;

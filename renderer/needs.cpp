@@ -7,9 +7,9 @@
 #include "engine/rays/choice.h"
 #include "engine/rays/tracer.h"
 #include "engine/scene/material_properties.h"
-#include "passes/steps/paths.h"
 #include "passes/picture/denoiser.h"
 #include "passes/picture/shadow_catcher.h"
+#include "passes/steps/paths.h"
 #include "shaders/shared/albedo_coordinates.h"
 #include "shaders/shared/cache_cells.h"
 #include "shaders/shared/chain_records.h"
@@ -180,7 +180,7 @@ FrameNeeds frame_needs(const SceneNeeds& scene, const FrameOptions& options) {
         // A lens needs traced visibility, so it is not kept by its name, either.
         .lens = {kLens, 0, options.lens ? nullptr : "no depth of field was requested"},
         .optics = {kOptics, 0, options.optics ? nullptr : "neither another projection nor stereo was requested"},
-        // Additional camera rays are a different estimator, too, and are kept only where requested.
+        // Additional camera rays are a different estimator, too, and are kept only if requested.
         .seen = {kSeen, sizeof(vec4),
                  options.camera_rays == 1
                      ? options.camera_rays_piloted ? kPiloted : "there is one camera ray per sample"

@@ -22,7 +22,7 @@ class DenoiserTextures {
   public:
     /// Components of light that a picture has.
     using Present = std::array<bool, kFilteredLights.size()>;
-    /// chains: makes the textures that specular chains fill. Throws Error where the driver has no textures so large.
+    /// chains: makes the textures that specular chains fill. Throws Error if the driver has no textures so large.
     DenoiserTextures(const gpu::TextureDesc& desc, const Present& present, bool chains);
 
     DenoiserPixels import_pixels(graph::Graph& graph);
@@ -38,7 +38,7 @@ class DenoiserTextures {
     std::array<std::optional<Halves>, kFilteredLights.size()> light_;  // none: the picture has no such light
 };
 
-/// The noisy halves of a frame, and the places of its surfaces in other frames. The context must be current where an
+/// The noisy halves of a frame, and the places of its surfaces in other frames. The context must be current when an
 /// object is used or destroyed.
 class NoisyFrame {
   public:
@@ -78,9 +78,9 @@ class NoisyFrame {
     /// The end of a specular chain.
     struct Mirrored {
         Place place;
-        dvec3 seen{0};         // where it appears, world units
+        dvec3 seen{0};         // place at which the surface appears, world units
         mat3 turned{1};        // motion of `seen` for a motion of the place
-        vec3 facet{0};         // normal of the mirror where there is just one, else 0
+        vec3 facet{0};         // normal of the mirror if there is just one, else 0
         bool follows = false;  // false: there is no chain
     };
     static_assert(sizeof(Mirrored) <= kMirroredBytes);

@@ -97,7 +97,7 @@ class Progress {
   public:
     explicit Progress(const PilotProgress& callback) : callback_(callback) {}
 
-    /// Reports a sample of the current picture. Throws Cancelled where the callback cancels.
+    /// Reports a sample of the current picture. Throws Cancelled if the callback cancels.
     void sample(const RenderProgress& picture) const {
         constexpr double kPictures = 2 * (kPilotPictures + kPilotEmissionPictures);
         const double share = double(picture.samples_done) / std::max(picture.samples_total, 1);

@@ -39,7 +39,7 @@ using PilotProgress = std::function<bool(double share)>;
 /// later cameras and poses of the scene. It takes as long as two to four samples of a large picture, which counts as
 /// preparation. The small pictures show members of a group farther apart than the large one does: for large pictures,
 /// path reuse is underrated. In a picture that is denoised, errors of reflected light count kDenoisedError times, since
-/// emission is not filtered. Returns false where `progress` has cancelled; the estimator then stays open. Throws Error
+/// emission is not filtered. Returns false if `progress` has cancelled; the estimator then stays open. Throws Error
 /// as Renderer does.
 bool find_estimator(PreparedScene& scene, const ColorConfig& colors, const RenderSettings& settings,
                     const PilotProgress& progress = {});

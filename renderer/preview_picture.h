@@ -43,7 +43,7 @@ class PictureHistory {
 /// Applies the modes to a picture. Owns its textures.
 class PreviewPicture {
   public:
-    /// Allocates textures for a picture of this size. Throws Error where the driver has no textures so large.
+    /// Allocates textures for a picture of this size. Throws Error if the driver has no textures so large.
     PreviewPicture(gpu::ProgramCache& programs, const Preview& preview, const ivec2& image);
 
     /// Begins another picture, which reads the previous one. history: null for none; must outlive the picture.

@@ -50,10 +50,10 @@ class Renderer {
     /// (renderer/noisy_frame.h).
     void denoise(NoisyFrame& frame, std::span<const NearFrame> near, RenderResult& result);
     /// Brings the renderer's own scene to another pose (PreparedScene::update). Statistics of tracing speed and
-    /// visibility are kept where the pose needs no other shaders or buffers; the radiance cache is emptied. Throws
+    /// visibility are kept if the pose needs no other shaders or buffers; the radiance cache is emptied. Throws
     /// Error; all further calls then throw Error, too.
     void update(const Scene&);
-    /// Takes up the pose of a shared scene after its update() has returned true.
+    /// Changes to the pose of a shared scene after its update() has returned true.
     void follow_scene();
     /// Forgets visibility state, run times and the radiance cache, as after a camera cut. Other scenes and sizes need
     /// another renderer.
@@ -63,12 +63,12 @@ class Renderer {
 
   private:
     struct State;
-    /// Makes the state anew where the camera has a lens that blurs, or optics that must be traced, and the last camera
+    /// Makes the state anew if the camera has a lens that blurs, or optics that must be traced, and the last camera
     /// had none, or the reverse.
     void follow_camera(const Camera& camera);
-    /// Throws Error where an update has failed.
+    /// Throws Error if an update has failed.
     State& state() const;
-    std::unique_ptr<State> state_;  // state; null where an update has failed
+    std::unique_ptr<State> state_;  // state; null if an update has failed
 };
 
 }  // namespace halflight

@@ -102,7 +102,7 @@ struct RenderProgress {
     double seconds = 0;     // time since the start of the render
     // Makes the picture of the samples so far. It equals a render of so many samples bit for bit, except with
     // SamplePoints::blue_noise, which depends on the final number. aovs: layers of the RenderSettings, and any for
-    // which AovInfo::at_any_time() holds. Call it during the callback only. Empty where there is no picture: bands
+    // which AovInfo::at_any_time() holds. Call it during the callback only. Empty if there is no picture: bands
     // differ in samples, or the sums of earlier bands are gone (ScheduleSettings::in_turns).
     std::function<RenderResult(const std::vector<std::string>& aovs)> picture{};
 };

@@ -113,7 +113,7 @@ namespace {
 /// Place of a band among the looks at its error.
 struct Looks {
     int each = 0;           // samples of a replicate at the last look
-    int next = kFirstLook;  // likewise at the next look
+    int next = kFirstLook;  // samples of a replicate at the next look
     int replicate = 0;      // replicate that grows
     int taken = 0;          // samples that it has got since the last look
     int chances = 0;        // PictureError::judge()
@@ -149,7 +149,7 @@ int Renderer::State::render_band_to_error(const FrameSettings& frame, const Band
             save(*inputs.checkpoint, where, with, looks.done(), ends, {looks.numbers(ends), replicates.state()});
     };
     PictureError error;
-    if (ends) {  // an earlier run has come here
+    if (ends) {  // an earlier run has reached this look
         error = replicates.error(frame.error->metric, looks.each);
         error.judge(frame.error->error, looks.chances);
         picture_error.add(error);

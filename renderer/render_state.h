@@ -146,7 +146,7 @@ struct Renderer::State {
     SumBuffers sums_of(const SampleGraph& sample, int first_half);
     /// Reads a buffer; returns an empty vector for null.
     static std::vector<double> read(const gpu::Buffer* b);
-    /// Returns the buffers of sums in a fixed order; null where the frame left them out.
+    /// Returns the buffers of sums in a fixed order; null if the frame left them out.
     static std::array<gpu::Buffer*, 8> all_of(const SumBuffers& sums) {
         return {sums.emission, sums.direct, sums.indirect, sums.squares,
                 sums.features, sums.halves, sums.groups,   sums.catchers};
@@ -159,11 +159,11 @@ struct Renderer::State {
     /// Saves the sums of a band's first `done` samples.
     void save(Checkpoint& to, const Band& where, const CompiledBand& with, int done, bool complete,
               const PlanState& plan = {});
-    /// Restores the sums of a band from PictureInputs::checkpoint; none where an earlier run has saved none. With
+    /// Restores the sums of a band from PictureInputs::checkpoint; none if an earlier run has saved none. With
     /// motion blur, sums of other parts than these begin anew: the earlier run had met poses that need them.
     std::optional<SavedBand> restore(const FrameSettings& frame, const Band& where, CompiledBand& with,
                                      PlanState& plan);
-    /// Returns the numbers of samples of plan_samples() that an earlier run has saved; empty where it has saved none.
+    /// Returns the numbers of samples of plan_samples() that an earlier run has saved; empty if it has saved none.
     std::vector<std::uint32_t> saved_plan(const FrameSettings& frame);
 
     // The following functions are defined in sample_parts.cpp.
@@ -182,12 +182,12 @@ struct Renderer::State {
     /// Returns the numbers of the blocks of a band in the picture's rows of blocks, in the order of the band's paths.
     static std::vector<std::size_t> blocks_in_picture(const Band& where);
     /// Renders samples `from` to `to` - 1 of the pilot of adaptive sampling; the sums of the samples before must be
-    /// there. Returns the error of each block of the picture (add_block_errors()), or an empty vector where the
+    /// there. Returns the error of each block of the picture (add_block_errors()), or an empty vector if the
     /// callback returned false.
     std::vector<float> pilot_errors(const FrameSettings& frame, int from, int to, ErrorMetric metric,
                                     const std::function<bool()>& after_sample);
     /// Renders the pilot and returns the numbers of samples of all blocks of the picture (adaptive_counts()). Returns
-    /// an empty vector where the callback returned false.
+    /// an empty vector if the callback returned false.
     std::vector<std::uint32_t> plan_samples(const FrameSettings& frame, const std::function<bool()>& after_sample);
     /// Adds listed samples to a band. sample: any of them; all have its seed. The callback receives the finished share
     /// after each run, > 0 and at most 1, and returns false to stop. Returns whether it never did.
@@ -196,7 +196,7 @@ struct Renderer::State {
     /// Scales the sums of a band, whose blocks have CompiledBand::samples, as if all pixels had `wanted` samples, an
     /// even number. first_halves: number of samples of each block in the first half.
     void scale_sums(CompiledBand& with, std::span<const std::uint32_t> first_halves, int wanted);
-    /// Adds samples to a band as planned, and scales its sums as if all pixels had as many. Returns that number. Where
+    /// Adds samples to a band as planned, and scales its sums as if all pixels had as many. Returns that number. If
     /// the callback stops it among the first samples, which all pixels take, returns their number.
     /// state: that of an earlier run, whose sums are in the band.
     int render_band_adaptively(const FrameSettings& frame, const Band& where, CompiledBand& with,
@@ -208,7 +208,7 @@ struct Renderer::State {
     /// Gives each band sums of its own, which the other bands leave alone.
     void keep_sums_of_bands();
     /// Renders the pilot and returns the deviations of all blocks of the picture (block_deviations()). Returns an empty
-    /// vector where the callback returned false.
+    /// vector if the callback returned false.
     std::vector<double> plan_replicates(const FrameSettings& frame, const std::function<bool()>& after_sample);
     /// Adds samples to all bands by the noise of their blocks, until the error of the picture is below the target, or
     /// another limit is met. done: number of samples of each band, which its sums are scaled to. The callback receives

@@ -9,7 +9,7 @@ namespace halflight {
 /// the driver to translate them. That says nothing about the time of others.
 class SamplePace {
   public:
-    /// Takes up one more sample. seconds: time since the first sample began. compiling: seconds of that in which
+    /// Records one more sample. seconds: time since the first sample began. compiling: seconds of that in which
     /// shaders were compiled; those of the first sample count.
     void add(double seconds, double compiling) {
         if (samples_++ == 0) first_ = seconds, most_overhead_ = kTranslation * compiling;

@@ -26,7 +26,7 @@ class SampleQueue {
     /// Returns the buffer in which the kernels of all samples count bad values.
     gpu::Buffer& bad_values() { return bad_values_; }
 
-    /// Ends the commands of a sample, then waits for the oldest sample where kInFlight are in flight. The hits of the
+    /// Ends the commands of a sample, then waits for the oldest sample if kInFlight are in flight. The hits of the
     /// sample's camera rays, one for each path, are copied and later added to `mattes`; null: there are none. Throws
     /// Error if waiting fails.
     void push(const gpu::Buffer* hits, Mattes* mattes);

@@ -11,7 +11,7 @@ namespace halflight {
 void check_settings(const RenderSettings& settings, const Occasion& occasion = {});
 /// Checks the settings with those of another frame.
 void check_settings(const RenderSettings& settings, const FrameSettings& frame, const Occasion& occasion);
-/// Returns "cannot keep 'NAME'; ..." for the first name that is none of keepable_names(); empty where all are.
+/// Returns "cannot keep 'NAME'; ..." for the first name that is none of keepable_names(); empty if all are.
 std::string kept_problem(const Kept& kept);
 
 }  // namespace halflight

@@ -60,7 +60,7 @@ struct Components {
     dvec3 glossy;
 };
 
-// A path, where its light goes, and what it has met.
+// A path, if its light goes, and what it has met.
 struct Sample {
     uint path;
     uint to;           // index of the sums
@@ -90,7 +90,7 @@ void add_emission_to_groups(Sample s, int seen_row, vec3 emission) {
             add_to_group(s.to, g, part_of(texelFetch(light_seen, seen_row + 1 + int(g)).rgb, s.point.emission));
     } else {
         Hit seen = load_hit(s.path);
-        seen.triangle = s.point.is_surface ? seen.triangle : 0u;  // a miss looks up triangle 0 in vain
+        seen.triangle = s.point.is_surface ? seen.triangle : 0u;  // a miss looks up triangle 0, unused
         seen.instance = s.point.is_surface ? seen.instance : 0u;
         add_to_group(s.to, group_of_met(seen, s.point.is_surface), dvec3(emission));
     }

@@ -1,5 +1,5 @@
-// Shades one vertex of the paths in a list: adds the light of the last vertex's light samples and the light that the ray
-// has met, samples lights (next-event estimation), and picks the next ray or ends the path (Russian roulette).
+// Shades one vertex of the paths in a list. Adds the light of the last vertex's light samples and the light that the
+// ray has met. Samples lights (next-event estimation). Picks the next ray, or ends the path (Russian roulette).
 //
 // SHADING.md, Estimator, has the equations. main() is the sequence of steps; each step is a function above it.
 #include "shaders/shared/frame_block.h"
@@ -21,8 +21,8 @@ const bool kPending = HALFLIGHT_PENDING != 0;             // the last vertex sam
 const bool kLightSamples = HALFLIGHT_LIGHT_SAMPLES != 0;  // this vertex samples lights; false at the last one
 const bool kReceivers = HALFLIGHT_RECEIVERS != 0;         // densities of light samples depend on the ray's origin
 
-// Light that leaves vertex 1 diffusely is kept apart from the path's own light, at a point (PathPoint): for the other paths
-// of its group (SHADING.md, Path reuse), or for cells of the radiance cache.
+// Light that leaves vertex 1 diffusely is kept at a point (PathPoint), apart from the path's own light. It is for the
+// other paths of its group (SHADING.md, Path reuse), or for cells of the radiance cache.
 const bool kReuse = HALFLIGHT_REUSE != 0;
 const bool kCache = HALFLIGHT_RADIANCE_CACHE != 0;
 const bool kPoints = kReuse || kCache;
@@ -83,13 +83,13 @@ DEFINE_APPEND(append_leaving, leaving_header)
 
 // --- The vertex ------------------------------------------------------------------------------------------------------
 
-// What the path's ray has met.
+// The surface or the light that the path's ray has met.
 struct PathVertex {
     uint path;
     bool is_active;  // false: the invocation is beyond the list's end, and must store nothing
     bool is_hit;     // the ray has met a surface, else the environment
     Ray ray;
-    vec3 direction;  // of the ray, unit length
+    vec3 direction;  // direction of the ray, unit length
     float way;       // distance from the ray's origin
     Hit hit;
     SurfacePoint at;
@@ -108,7 +108,7 @@ PathVertex load_vertex(uint entry) {
     v.way = v.hit.t * length(v.ray.direction);
     v.at = load_surface_point(v.path);
     v.is_hit = v.at.is_surface;
-    // A miss looks up triangle 0 in vain, because the lanes of a register cannot diverge.
+    // A miss looks up triangle 0, too, because the lanes of a register cannot diverge. The result is not used.
     v.hit.triangle = v.is_hit ? v.hit.triangle : 0u;
     v.hit.instance = v.is_hit ? v.hit.instance : 0u;
     v.geometric_normal = load_geometric_normal(v.path);
@@ -178,8 +178,8 @@ void add_sampled_light(PathVertex v, inout PathState state, inout PathPoint poin
 
 float largest(vec3 light) { return max(light.r, max(light.g, light.b)); }
 
-// Keeps the light `met` behind the lamp that the path has met, or that of the lamp, in proportion, because the light met
-// at a vertex has one group. Returns whether it is the lamp's.
+// Keeps the light `met` behind the lamp that the path has met, or that of the lamp, in proportion, because the light
+// met at a vertex has one group. Returns whether it is the lamp's.
 bool choose_met(PathVertex v, inout vec3 met) {
     vec3 of_lamp = texelFetch(met_lamps, 2 * int(v.path)).rgb;
     float number = sample_1d(v.random, vertex_dimension(depth, kDimensionLobe) + kDimensionsOfSizes);
@@ -289,8 +289,8 @@ bool split_light(NextEvent e, vec3 throughput, PathPoint point, out vec3 own, ou
     return any_light;
 }
 
-// Light samples of the vertex. Their light waits for the answers to shadow rays (add_sampled_light() of the next vertex).
-// event_of() in shaders/lib/next_event.glsl gives them the weights of multiple importance sampling.
+// Light samples of the vertex. Their light waits for the answers to shadow rays (add_sampled_light() of the next
+// vertex). event_of() in shaders/lib/next_event.glsl gives them the weights of multiple importance sampling.
 struct LightSamples {
     bool is_lit;   // any light may arrive
     Ray ray;

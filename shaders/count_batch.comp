@@ -1,4 +1,5 @@
-// Counts the rays of a batch and, with HALFLIGHT_TILE_LISTS, its list entries, for statistics. Each invocation has one tile.
+// Counts the rays of a batch and, with HALFLIGHT_TILE_LISTS, its list entries, for statistics. Each invocation has one
+// tile.
 #include "shaders/shared/ray_structs.h"
 #include "shaders/lib/tile_list.glsl"
 #include "shaders/lib/tile_rays.glsl"

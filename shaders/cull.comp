@@ -4,10 +4,10 @@
 // A node is refined until it is smaller than `stop` times the width of the shaft where it enters, or until the list is
 // full. Nodes that are left then go into the list unrefined, so that nothing is dropped. Instances are entered like
 // nodes. For closest hits, near nodes are refined first, as they often hide those behind. For any hits, all parts of
-// the shaft matter equally. Nodes that have waited longest are refined first, far ones before near ones, so that the list
-// becomes evenly fine.
+// the shaft matter equally. Nodes that have waited longest are refined first, far ones before near ones, so that the
+// list becomes evenly fine.
 //
-// The list of an earlier run is kept where its checksum is right and its shaft still contains the rays. A new shaft
+// The list of an earlier run is kept if its checksum is right and its shaft still contains the rays. A new shaft
 // includes the earlier one if the two are similar, and is widened. The shafts of a still camera therefore soon contain
 // all later rays.
 #include "shaders/shared/ray_structs.h"
@@ -83,7 +83,7 @@ Shaft widened(Shaft s) {
     return Shaft(s.origin_lower - origin, s.origin_upper + origin, s.end_lower - end, s.end_upper + end);
 }
 
-// Shaft of the record of an earlier run; its values are arbitrary where there is no valid record.
+// Shaft of the record of an earlier run; its values are arbitrary if there is no valid record.
 struct Earlier {
     Shaft shaft;
     uint counts;
@@ -262,7 +262,7 @@ void main() {
                         for (int t = 0; t < kEntryTexels; ++t) lists[texel + t] = child.texels[t];
                         uint sum = checksum(leaf ? sums.x : sums.y, child);
                         sums = leaf ? uvec2(sum, sums.y) : uvec2(sums.x, sum);
-                        // A block's leaf may occur several times where there are instances.
+                        // A block's leaf may occur several times if there are instances.
                         if (kAnyHit && leaf && reference == blockers.latest)
                             blockers.entries |= first_word(entry_bit(leaves));
                         leaves += leaf ? 1 : 0;

@@ -1,5 +1,5 @@
-// Stores the cost of tracing per pixel. HALFLIGHT_COUNT counts nodes; HALFLIGHT_TILE_LISTS reads the lists of shadow rays;
-// HALFLIGHT_RESIDENCY finds the pages of surfaces, in scenes that are loaded in pages.
+// Stores the cost of tracing per pixel. HALFLIGHT_COUNT counts nodes; HALFLIGHT_TILE_LISTS reads the lists of shadow
+// rays; HALFLIGHT_RESIDENCY finds the pages of surfaces, in scenes that are loaded in pages.
 #include "shaders/shared/aov_record.h"
 #include "shaders/shared/frame_block.h"
 #include "shaders/shared/ray_structs.h"

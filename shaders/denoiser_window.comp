@@ -1,4 +1,4 @@
-// Copies a part of a picture with columns beyond its sides, which are those of the other side.
+// Copies a part of a picture, and adds columns on both sides, which are copies of those at the other side.
 layout(local_size_x = 8, local_size_y = 8) in;
 
 uniform sampler2D source;

@@ -1,5 +1,5 @@
 // Kernel body shared by shaders/diffuse.comp and shaders/glossy.comp. It sends a ray from the first surface through the
-// component that kGlossyRays names, where this component is picked.
+// component that kGlossyRays names, if this component is picked.
 #include "shaders/shared/frame_block.h"
 #include "shaders/shared/light.h"
 #include "shaders/shared/path_state.h"
@@ -43,7 +43,7 @@ void main() {
     uint place = append_path(wanted);
     if (wanted) {
         states[path] = PathState(s.weight / p, p * s.pdf, vec3(0.0), lobe, vec3(0.0), 0u, vec3(0.0), 0u);
-        // What the camera sees in a perfect mirror or through clear glass.
+        // The camera sees this ray's hit in a perfect mirror or through clear glass.
         bool marked = kGlossyRays && HALFLIGHT_BACKFACES != 0 && s.pdf == 0.0;
         path_rays[path] = ray_from(point.position, point.offset, b.geometric_normal, s.direction, marked);
         list[place] = path;

@@ -11,7 +11,7 @@ layout(location = 1) in uint block_instance;  // one per instance
 uniform float viewport_share;
 
 flat out uint instance;
-flat out uint mirrored;  // HALFLIGHT_CULL_SEEN: 1 where the transform of the instance mirrors
+flat out uint mirrored;  // HALFLIGHT_CULL_SEEN: 1 if the transform of the instance mirrors
 
 void main() {
     instance = block_instance;

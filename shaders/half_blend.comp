@@ -1,5 +1,5 @@
-// Replaces the light of one component: fireflies are spread, and filtered light is blended in as far as it is expected to
-// be nearer to the truth.
+// Replaces the light of one component: fireflies are spread, and filtered light is blended in as far as it is expected
+// to be nearer to the truth.
 layout(local_size_x = 8, local_size_y = 8) in;
 
 uniform sampler2D first;

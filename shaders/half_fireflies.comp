@@ -8,8 +8,8 @@ uniform sampler2D pooled;    // ba: terms of the best share of the excess to rem
 layout(rgba32f) writeonly uniform image2D calm_first;
 layout(rgba32f) writeonly uniform image2D calm_second;
 layout(rgba32f) writeonly uniform image2D removed;  // rgb: light removed from the mean; a: 0 where there is nothing to filter
-// rg: luminance of the calm halves, a: 1; outliers and pixels where there is nothing to filter have 0; b: luminance of the
-// darker half
+// rg: luminance of the calm halves, a: 1; outliers and pixels where there is nothing to filter have 0; b: luminance of
+// the darker half
 layout(rgba32f) writeonly uniform image2D levels;
 
 #include "shaders/lib/halves.glsl"

@@ -1,10 +1,10 @@
 // Gives light back that non-local means have lost.
 //
 // Highlights of small lights, sharp or blurred by a lens, are regions in which few samples meet the light. Features are
-// alike there, so they cannot tell bright pixels from dark ones. Bright pixels then have more noise than dark ones. They
-// take light from dark pixels, which take less from them (kBrighter of shaders/nl_means.comp), and the highlight becomes
-// darker. Here each pixel's loss is shared by the filtered light around it, in proportion: light that is dark stays dark.
-// Only what both halves have lost is given back. Light that the filter does not change stays as it is.
+// alike there, so they cannot tell bright pixels from dark ones. Bright pixels then have more noise than dark ones.
+// They take light from dark pixels, which take less from them (kBrighter of shaders/nl_means.comp), and the highlight
+// becomes darker. Here each pixel's loss is shared by the filtered light around it, in proportion: light that is dark
+// stays dark. Only what both halves have lost is given back. Light that the filter does not change stays as it is.
 //
 // HALFLIGHT_LIGHT computes the luminance of filtered light, HALFLIGHT_LOST the share of light that was lost in
 // a neighbourhood. Otherwise, filtered light is scaled.

@@ -1,9 +1,9 @@
 // Smooths the properties of surfaces within circles of confusion, before a picture with depth of field is denoised.
 //
-// A blurred pixel shows many points, so the means of its properties are noisy. Light was divided by a noisy albedo, too:
-// that noise would remain in the picture. Properties of blurred surfaces change slowly from pixel to pixel. They are
-// averaged with those of other pixels that lie within both pixels' circles of confusion, scaled down. Sharp pixels stay
-// as they are. Light is then divided by the new albedo instead of the old one, which changes no mean.
+// A blurred pixel shows many points, so the means of its properties are noisy. Light was divided by a noisy albedo,
+// too: that noise would remain in the picture. Properties of blurred surfaces change slowly from pixel to pixel. They
+// are averaged with those of other pixels that lie within both pixels' circles of confusion, scaled down. Sharp pixels
+// stay as they are. Light is then divided by the new albedo instead of the old one, which changes no mean.
 //
 // HALFLIGHT_LIGHT converts the halves of light; otherwise, a property is smoothed.
 #include "shaders/shared/denoise.h"

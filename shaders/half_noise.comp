@@ -1,4 +1,4 @@
-// Computes half the squared difference of two halves: the variance of a half where both have as many samples. Alpha is 1
+// Computes half the squared difference of two halves: the variance of a half if both have as many samples. Alpha is 1
 // where there is light to filter, else 0.
 layout(local_size_x = 8, local_size_y = 8) in;
 

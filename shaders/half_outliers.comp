@@ -1,5 +1,5 @@
-// Finds outliers of two halves: light far above the mean around it. Computes the terms that tell fireflies, which one half
-// has, from highlights, which both have.
+// Finds outliers of two halves: light far above the mean around it. Computes the terms that tell fireflies, which one
+// half has, from highlights, which both have.
 layout(local_size_x = 8, local_size_y = 8) in;
 
 uniform sampler2D first;

@@ -36,8 +36,8 @@ float darker(vec4 sums) { return min(sums.r, sums.g) / max(sums.a, kLeastReach);
 float level_at(ivec2 pixel) {
     if (HALFLIGHT_LEVEL == 0) return 1.0;
     vec4 all = texelFetch(around, pixel, 0);
-    // Fireflies, and highlights that count as such, are no level for others. Highlights are bright in both halves, and get
-    // their light back.
+    // Fireflies, and highlights that count as such, are no level for others. Highlights are bright in both halves, and
+    // get their light back.
     vec4 own = texelFetch(levels, pixel, 0);
     return (own.a > 0.0 ? darker(texelFetch(few_levels, pixel, 0)) : own.b) +
            kShareOfMore * darker(texelFetch(more_levels, pixel, 0)) +

@@ -1,5 +1,5 @@
-// Finds the lights with a size that scattered rays meet on their way (SHADING.md, Lights with a size). These lights hide
-// nothing, so a ray may meet several. One of them is kept in proportion to its light and stands for all.
+// Finds the lights with a size that scattered rays meet on their way (SHADING.md, Lights with a size). These lights
+// hide nothing, so a ray may meet several. One of them is kept in proportion to its light and stands for all.
 //
 // Variant: HALFLIGHT_FIRST_HIT (rays from the first surface, for which HALFLIGHT_SHADOW_RAYS lights were sampled).
 #include "shaders/shared/frame_block.h"
@@ -89,7 +89,7 @@ bool meet_lamps_of_tree(inout Search ray, float factor) {
     nodes[0] = 0u;
     uint waiting = 1u;
     uint names = light_tree_header().names;
-    uvec2 lights = uvec2(kNoLight);  // of the leaf that was found
+    uvec2 lights = uvec2(kNoLight);  // lights of the leaf that was found
     while (waiting > 0u || lights.x != kNoLight) {
         // Looking for a lamp on the ray takes most steps, so it has a loop of its own.
         int row = 0;
@@ -149,7 +149,7 @@ bool meet_lamps_of_tree(inout Search ray, float factor) {
 void find_lights(inout Search ray, uint path) {
     ray.number = sample_1d(path_sampler(frame, path),
                          vertex_dimension(depth, kDimensionRoulette) + kDimensionsOfSizes);
-    const float factor = HALFLIGHT_FIRST_HIT != 0 ? float(HALFLIGHT_SHADOW_RAYS) : 1.0;  // as in event_of()
+    const float factor = HALFLIGHT_FIRST_HIT != 0 ? float(HALFLIGHT_SHADOW_RAYS) : 1.0;  // event_of() has the same factor
     uint lights = uint(textureSize(scene_lights) / kLightStride);
     if (kSun && kSizedSuns) {
         int sun = int(lights - 1u) * kLightStride;

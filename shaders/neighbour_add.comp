@@ -1,5 +1,5 @@
-// Adds the light of a neighbouring frame to the mean of halves over frames, as far as noise explains how it differs from
-// this frame. Differences in one half decide about the other one.
+// Adds the light of a neighbouring frame to the mean of halves over frames, as far as noise explains how it differs
+// from this frame. Differences in one half decide about the other one.
 layout(local_size_x = 8, local_size_y = 8) in;
 
 uniform sampler2D near_first;
@@ -19,7 +19,7 @@ uniform float pooled_squares;  // sum of the squares of the weights of `pooled`
 #include "shaders/shared/denoise.h"
 
 const float kExplained = 6.0;  // squared difference that noise explains, in variances, which few samples underestimate
-// Differences below its root count as none.
+// Least variance: differences below its root count as none.
 const float kLeastVariance = 1e-6;
 
 // Returns the new mean with the sum of the weights.

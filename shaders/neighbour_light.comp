@@ -1,5 +1,5 @@
-// Moves the light of a neighbouring frame to the pixels of this frame, and compares it with the light there. Pixels whose
-// surface the neighbour does not show become pixels with nothing to filter.
+// Moves the light of a neighbouring frame to the pixels of this frame, and compares it with the light there. Pixels
+// whose surface the neighbour does not show become pixels with nothing to filter.
 layout(local_size_x = 8, local_size_y = 8) in;
 
 uniform sampler2D place;  // xy: pixel of the neighbour; z: 1 where it shows the surface, else 0
@@ -16,7 +16,7 @@ layout(rgba32f) writeonly uniform image2D differences;
 
 #include "shaders/lib/halves.glsl"
 
-// Returns half the squared difference of two halves: the variance of a half where both have as many samples.
+// Returns half the squared difference of two halves: the variance of a half if both have as many samples.
 float variance_of(vec2 halves) { return 0.5 * (halves.x - halves.y) * (halves.x - halves.y); }
 
 void main() {

@@ -12,8 +12,8 @@ uniform int stride;                    // previews: distance of the offsets, pix
 const int kOwn = 4;       // number of pixels in a row that an invocation filters
 const int kWide = kTile + 2 * kPatch;
 const float kStrength = 0.4;   // k of equation 2; larger values blur more
-// Share of the variance of a noisier pixel that explains differences from it. With 0, as in equation 2, bright pixels give
-// light to dark ones that do not take it; with 1, dark pixels take too much. In between, the light is kept to 1 %.
+// Share of the variance of a noisier pixel that explains differences from it. With 0, as in equation 2, bright pixels
+// give light to dark ones that do not take it; with 1, dark pixels take too much. In between, the light is kept to 1 %.
 const float kBrighter = 0.4;
 const float kMostApart = 1e4;  // largest difference of two pixels, in variances
 

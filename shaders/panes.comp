@@ -1,5 +1,5 @@
-// Finds the light that the listed rays of a batch have passed through panes (SHADING.md, Panes), pane by pane, in the
-// hierarchies over the panes alone.
+// Finds the panes that the listed rays of a batch meet, one by one, and the light that passes them (SHADING.md, Panes).
+// The hierarchies are those over the panes alone.
 #include "shaders/trace_scene.glsl"
 #include "shaders/lib/batch_rays.glsl"
 #include "shaders/lib/traverse.glsl"
@@ -42,7 +42,7 @@ void main() {
         Hit hit = traverse(ray, key, false);
         goes_on = hit.triangle != kMiss;
         bool finished = finite(hit.t) || !goes_on;
-        // A miss looks up triangle 0 in vain, because the lanes of a register cannot diverge.
+        // A miss looks up triangle 0, too, because the lanes of a register cannot diverge. The result is not used.
         hit.triangle = goes_on ? hit.triangle : 0u;
         hit.instance = goes_on ? hit.instance : 0u;
         Surface surface = surface_at(hit, ray.direction);

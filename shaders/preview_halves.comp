@@ -1,4 +1,4 @@
-// Prepares preview texels for the filter by two halves (passes/picture/denoiser.h). Where all samples are in one half,
+// Prepares preview texels for the filter by two halves (passes/picture/denoiser.h). If all samples are in one half,
 // the mean of the four pixels beside it serves as the other half. They swap halves in a checkerboard, so that both
 // halves consist of different pixels.
 layout(local_size_x = 8, local_size_y = 8) in;

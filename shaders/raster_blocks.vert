@@ -1,4 +1,4 @@
-// Draws one point of 8x8 texels per block of tiles, at one texel per tile; drops it where no candidate can meet any of
+// Draws one point of 8x8 texels per block of tiles, at one texel per tile; drops it if no candidate can meet any of
 // its rays.
 #include "shaders/lib/raster_boxes.glsl"
 

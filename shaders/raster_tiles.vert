@@ -1,4 +1,4 @@
-// Draws one point of 8x8 texels per tile, at one texel per ray; drops it where the tile's list is empty.
+// Draws one point of 8x8 texels per tile, at one texel per ray; drops it if the tile's list is empty.
 #include "shaders/shared/raster_lists.h"
 #include "shaders/lib/raster_texels.glsl"
 

@@ -14,10 +14,10 @@ const bool kTraced = kList || HALFLIGHT_TRACED != 0;
 // The scene's tables hold the rows of these hits, in the order of the invocations (engine/paging/row_gather.h).
 const bool kGatheredRows = HALFLIGHT_GATHERED_ROWS != 0;
 
-// What is stored instead of whole records.
+// These are stored instead of whole records:
 const bool kSeen = HALFLIGHT_SEEN != 0;               // the emission, added to a mean and to that of its light group
 const bool kLastVertex = HALFLIGHT_LAST_VERTEX != 0;  // emission and geometric normal only
-// What is stored in addition.
+// These are stored in addition:
 const bool kReusePoints = HALFLIGHT_REUSE_POINTS != 0;  // the point for path reuse, without its light
 const bool kStoreRays = HALFLIGHT_STORE_RAYS != 0;      // rays and hits of the visibility buffer
 const bool kStoreHits = HALFLIGHT_STORE_HITS != 0;
@@ -71,8 +71,8 @@ struct Found {
     bool stores;      // false: the invocation is beyond the list's end, or waits for tiles
     bool inside;      // the pixel is in the picture
     Ray ray;
-    vec3 direction;   // of the ray, unit length
-    Hit hit;          // for a miss, of triangle 0, which is looked up in vain: the lanes of a register cannot diverge
+    vec3 direction;   // direction of the ray, unit length
+    Hit hit;          // a miss has triangle 0, whose surface is not used: the lanes of a register cannot diverge
     bool is_hit;
     bool unfinished;  // the driver stopped the traversal
     uint group;       // kSeen: light group of what is seen
@@ -102,7 +102,7 @@ Found find_hit(uint invocation, bool runs) {
         f.hit.triangle = f.is_hit ? f.hit.triangle : 0u;
         f.hit.instance = f.is_hit ? f.hit.instance : 0u;
     } else {
-        // Invocations beyond the band's edge look up the last pixel again, in vain.
+        // Invocations beyond the band's edge look up the last pixel again, and do not use the result.
         pixel = min(pixel, ivec2(frame.band_columns, frame.band_rows) - 1) + ivec2(frame.band_x, frame.band_y);
         f.ray = camera_ray(frame, pixel);
         PrimarySearch seen = search_seen(frame, pixel, f.ray, alpha_key_of_pixel(frame, pixel, 0u));
@@ -159,7 +159,7 @@ bool waits_for_tiles(uint invocation) {
 
 // Returns the light that the ray meets.
 vec3 met_emission(Found f, Material material, bool shown) {
-    bool sees_environment = kList || (f.inside && f.ray.t_max >= 0.0 && frame.transparent == 0u);  // not where the ray is dead
+    bool sees_environment = kList || (f.inside && f.ray.t_max >= 0.0 && frame.transparent == 0u);  // a dead ray sees none
     vec3 emission = shown ? material.emission : sees_environment ? environment_radiance(f.direction) : vec3(0.0);
     if (f.unfinished) emission = vec3(not_a_number());  // the NaN is counted later
     return emission;

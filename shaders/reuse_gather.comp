@@ -24,7 +24,7 @@ layout(std140) uniform FrameBlock { Frame frame; };
 
 shared vec3 given[256];  // light of each point over its density with which the group finds it; 0: nothing
 
-// Returns 1 or 0; NaN, which the accumulation counts, where there was no answer.
+// Returns 1 or 0; NaN, which the accumulation counts, if there was no answer.
 float visible(uint entry) {
     uint answer = texelFetch(blocked, int(entry)).x;
     return answer == kFree ? 1.0 : answer == kOccluded ? 0.0 : not_a_number();

@@ -11,7 +11,7 @@ uniform sampler2D first;
 uniform sampler2D second;
 uniform sampler2D guide;
 uniform sampler2D place;
-// With an earlier picture:
+// These exist if there is an earlier picture:
 uniform sampler2D earlier_first;
 uniform sampler2D earlier_second;
 uniform sampler2D earlier_guide;

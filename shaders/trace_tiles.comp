@@ -13,7 +13,7 @@ layout(local_size_x = kGroupRays) in;
 OPTIONAL(HALFLIGHT_ANY_HIT) layout(std430) buffer Blockers { TileBlockers blockers_of[]; };
 uniform uint tiles;
 
-// The boxes of the tile's entries. llvmpipe reads shared memory once for all rays where the address is constant and no
+// The boxes of the tile's entries. llvmpipe reads shared memory once for all rays if the address is constant and no
 // branch is open. This makes 32 boxes cheaper than a few steps down a hierarchy.
 shared vec3 entry_lower_corner[kTileEntries];
 shared vec3 entry_upper_corner[kTileEntries];

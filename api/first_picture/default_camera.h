@@ -18,9 +18,9 @@ enum class View { automatic, inside, outside };
 
 struct DefaultCamera {
     Camera camera;
-    dvec3 centre{0};        // of what it frames, world units; inside: its position
-    bool inside = false;    // it stands inside the scene
-    bool left_out = false;  // it does not show all of the scene: small parts far away, or most of a large ground
+    dvec3 centre{0};        // centre of what the camera frames, world units; inside: the camera's position
+    bool inside = false;    // the camera stands inside the scene
+    bool left_out = false;  // the camera leaves out small parts far away, or most of a large ground
 };
 
 /// Contents of a small picture.

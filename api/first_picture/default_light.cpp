@@ -22,7 +22,7 @@ constexpr double kLeastAlbedo = 0.05, kMostAlbedo = 0.8;  // black surfaces need
 
 /// A light as a point, or as a small piece of an emissive triangle.
 struct Candidate {
-    dvec3 position{0};     // world units; unused where directional
+    dvec3 position{0};     // world units; unused if directional
     dvec3 direction{0};    // unit: normal of a triangle, direction of travel of a spot or directional light
     double intensity = 0;  // candela, lux; triangle: radiance x area
     double area = 0;       // area that the piece stands for; 0: punctual
@@ -96,7 +96,7 @@ void add_emitters(const Scene& scene, std::vector<Candidate>& candidates) {
 std::vector<Candidate> candidates_of(const Scene& scene) {
     std::vector<Candidate> candidates;
     add_emitters(scene, candidates);
-    // A part of the lights stands for all where there are very many.
+    // A part of the lights stands for all if there are very many.
     const std::size_t step = (scene.lights.size() + kCandidates - 1) / kCandidates;
     for (std::size_t i = 0; i < scene.lights.size(); i += step) {
         const PunctualLight& light = scene.lights[i];
@@ -184,7 +184,8 @@ LightShares light_shares(const rays::SceneProbe& probe, const std::vector<Camera
     for (std::size_t view = 0; view < views; ++view) {
         struct Part {
             double seen = 0, radiance = 0;  // number of points, and the sum of their radiance
-            double points = 0, own = 0;     // of points that do not glow
+            double points = 0,
+                   own = 0;  // number of points that do not glow, and the sum of their radiance by the scene's light
         };
         std::vector<Part> seen_parts(static_cast<std::size_t>(blocks * blocks));
         for (int cell = 0; cell < side * side; ++cell) {
@@ -260,7 +261,7 @@ std::vector<PunctualLight> room_lamps(const rays::SceneProbe& probe, const std::
         for (const rays::ProbeHit& at : seen) place.reached.push_back(reaches(probe, place.point, at, false));
         if (place.clearance < rays::SceneProbe::kFar && place.clearance > 0) candidates.push_back(std::move(place));
     }
-    std::vector<int> lamps_at(seen.size());  // lamps that reach a point
+    std::vector<int> lamps_at(seen.size());  // number of lamps that reach each point
     Scene lit;
     while (lit.lights.size() < kLamps && !candidates.empty()) {
         const auto value = [&](const Place& p) {

@@ -37,8 +37,9 @@ struct DefaultLight {
     std::vector<PunctualLight> lamps{};  // room_lamps() of closed scenes
 };
 
-/// Returns what a scene needs of which fewer than kLeastVisible of the points are bright: a sky if that many are bright
-/// under it and there is no environment, room_lamps() if fewer are visible, too, and nothing otherwise.
+/// Returns the light that a scene needs if fewer than kLeastVisible of its points are bright. It is a sky if there is
+/// no environment and enough points are bright under the sky. Otherwise it is room_lamps() if too few points are
+/// visible, or nothing.
 DefaultLight default_light(const rays::SceneProbe& probe, const std::vector<Camera>& cameras, double environment = 0);
 
 }  // namespace halflight

@@ -34,7 +34,7 @@ double mean_radiance(const Environment& environment) {
     return color * sum / weights;
 }
 
-/// Adds a sky or lamps where the cameras see little (default_light()).
+/// Adds a sky or lamps if the cameras see little (default_light()).
 void add_light(Scene& scene, const Log& log, const AddedLight& added) {
     const bool lit = has_light(scene), dark = scene.environment.black();
     const auto add_sky = [&](const char* reason) {

@@ -14,7 +14,7 @@ namespace rays {
 class LazyProbe;
 }
 
-/// Selects a camera. The first member that is set decides, in this order: look_from, pose, camera. Where none is set,
+/// Selects a camera. The first member that is set decides, in this order: look_from, pose, camera. If none is set,
 /// the scene's first camera is taken; a scene without cameras gets default_camera().
 struct CameraChoice {
     // Camera of the scene: its name, or its number from 0. "inside" and "outside" are default cameras if no camera has
@@ -26,7 +26,7 @@ struct CameraChoice {
     double vertical_fov = 45;          // field of view of look_from, degrees, (0, 180)
     std::optional<CameraPose> pose{};  // camera of a settings file or of the caller
     double aspect = 0;  // width / height of one eye's picture, for the camera of a scene that has none; 0: 16 / 9
-    // Replaces the scene's first camera by the default one where it sees no surface; `camera` is empty then.
+    // Replaces the scene's first camera by the default one if it sees no surface; `camera` is empty then.
     bool replace_blind = false;
     int turntable = 0;     // frames in which the camera turns once about the scene's centre, or about look_at; 0: none
     std::string source{};  // settings file that names `camera`, for errors; empty: none
@@ -45,7 +45,7 @@ struct ChosenCamera {
 /// Returns the options of the command line that give a camera which looks at a point at the depth of `at`.
 std::string camera_options(const Camera& camera, const dvec3& at);
 
-/// Returns the camera of `choice`. Throws Error that lists the scene's cameras where there is none of that name.
+/// Returns the camera of `choice`. Throws Error that lists the scene's cameras if there is none of that name.
 /// `probe` is a probe of the scene, which other questions share; null: there is none yet.
 ChosenCamera choose_camera(const Scene& scene, const CameraChoice& choice, const rays::LazyProbe* probe = nullptr);
 
@@ -56,17 +56,17 @@ std::optional<Camera> free_camera(const Scene& scene, const CameraChoice& choice
 double azimuth_of_light(const Scene& scene, const CameraChoice& choice);
 
 /// Returns a camera whose lens follows `wanted`; members that are not set there remain those of the camera. Throws
-/// Error where a focus lacks an aperture, or an aperture lacks a focus.
+/// Error if a focus lacks an aperture, or an aperture lacks a focus.
 Camera with_lens(Camera camera, const Lens& wanted);
 
 /// Returns optics whose values without effect are the defaults, such as the distance between eyes without stereo.
 Optics effective(Optics optics);
 /// Returns a camera with another projection and eyes (effective()), and with the aspect ratio of that picture. Throws
-/// Error where the camera cannot have them.
+/// Error if the camera cannot have them.
 Camera with_optics(Camera camera, const Optics& wanted);
 
-/// Returns the size of a picture in pixels. A missing side follows from the camera's aspect ratio (16:9 where it has
-/// none), in whole pixels of each eye; `default_width` applies where both are missing. Each side is within
+/// Returns the size of a picture in pixels. A missing side follows from the camera's aspect ratio (16:9 if it has
+/// none), in whole pixels of each eye; `default_width` applies if both are missing. Each side is within
 /// [1, kMaxSide].
 ivec2 picture_size(std::optional<int> width, std::optional<int> height, int default_width, const Camera& camera);
 

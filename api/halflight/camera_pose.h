@@ -27,7 +27,7 @@ struct Bookmark {
     bool operator==(const Bookmark&) const = default;
 };
 
-/// Returns the camera of a pose. Throws Error where the numbers define no view.
+/// Returns the camera of a pose. Throws Error if the numbers define no view.
 Camera camera_of(const CameraPose& pose);
 
 /// Returns the degrees from which glm::radians() gives the angle, as far as there are such; else the nearest ones.

@@ -20,7 +20,7 @@ struct EditKey {
     const char* name;     // key in texts and in settings files
     const char* metavar;  // its value in help texts; "": the key has no value
     const char* help;
-    /// Sets the value. Throws Error about `subject` where the text is malformed or outside its range.
+    /// Sets the value. Throws Error about `subject` if the text is malformed or outside its range.
     void (*set)(Edit& edit, const std::string& subject, const std::string& text);
     std::string (*get)(const Edit& edit);  // returns the value, from which set() restores it exactly; "": none
 };
@@ -39,7 +39,7 @@ std::string text(const NodeEdit& edit);
 /// Returns the value of a property.
 std::string property_text(std::span<const float> values);
 
-/// Returns the edit of a name, which is added where there is none. It is the last one of that name.
+/// Returns the edit of a name, which is added if there is none. It is the last one of that name.
 LightEdit& light_edit(SceneEdits& edits, const std::string& name);
 MaterialEdit& material_edit(SceneEdits& edits, const std::string& name);
 NodeEdit& node_edit(SceneEdits& edits, const std::string& name);
@@ -54,7 +54,7 @@ void add_hidden(SceneEdits& edits, const std::string& source, const std::string&
 /// Makes nodes and meshes shadow catchers.
 void add_catcher(SceneEdits& edits, const std::string& source, const std::string& name);
 /// Adds lights to a light group, in the form NAME=LIGHT,...; "each" separates all lights (SceneEdits::each_light).
-/// Throws Error for other texts, and where named groups are given with "each".
+/// Throws Error for other texts, and if named groups are given with "each".
 void add_light_group(SceneEdits& edits, const std::string& source, const std::string& text);
 
 }  // namespace halflight

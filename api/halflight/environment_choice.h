@@ -12,8 +12,8 @@
 namespace halflight {
 
 /// Requested environment: unspecified, a constant radiance (linear Rec.709), the file of a map (.exr, .hdr), a
-/// generated environment, or a clear sky in nits. If unspecified, a scene gets a neutral sky where its own light is
-/// negligible (docs/rendering.md).
+/// generated environment, or a clear sky in nits. If unspecified, a scene gets a neutral sky if its own light is
+/// negligible (docs/light.md).
 using EnvironmentChoice = std::variant<std::monostate, vec3, std::filesystem::path, SkyPreset, ClearSky>;
 
 /// Parses a value of --env:

@@ -44,12 +44,12 @@ struct Shutter {
 };
 inline constexpr double kMostShutter = 100;
 
-/// Returns the number of shutter times that samples share (SceneSettings::shutter_times); 0: each sample has its own. A
-/// choice that is left open is a function of scene and settings: samples share times if their poses would take more
-/// than a quarter of the time of the samples, or if sampling is adaptive. Without motion blur, returns 1.
+/// Returns the number of shutter times that samples share (SceneSettings::shutter_times); 0: each sample has its own.
+/// Scene and settings decide if the number is left open. Samples then share times if their poses would take more than a
+/// quarter of the time of the samples, or if sampling is adaptive. Without motion blur, returns 1.
 int shutter_times(const Shutter& shutter, const LoadedScene& scene, const RenderSettings& settings, int samples);
 
-/// Returns the number of bounces where PictureSettings::bounces leaves it open: more where some material is solid.
+/// Returns the number of bounces if PictureSettings::bounces leaves it open: more if some material is solid.
 int default_bounces(const Scene& scene);
 
 /// Requests the layers of the light groups of a scene, and no others of light groups. Renderers of frames do so.
@@ -93,14 +93,14 @@ struct RendererOptions {
     RayServerFactory ray_server{};  // serves all ray batches in place of RenderSettings::culling; empty: none
     // Frees meshes and images of the scene once they are uploaded (LoadedScene::free_surfaces()), for programs that use
     // the scene for nothing else. Pictures after an edit, or after a picture that failed, throw Error. The option is
-    // ignored where surfaces move.
+    // ignored if surfaces move.
     bool frees_scene = false;
     // The frame of the settings goes on from a checkpoint, and saves its samples; other frames do not. The constructor
-    // throws Error where the checkpoint has other settings or another scene.
+    // throws Error if the checkpoint has other settings or another scene.
     std::optional<CheckpointOptions> checkpoint{};
     std::optional<FrameCheckpoints> frame_checkpoints{};  // excludes `checkpoint`
     // Folders of the complete checkpoints of all parts, in order (FrameSettings::parts). The frame of the settings is
-    // made of their sums. The constructor throws Error where one is missing or of another picture.
+    // made of their sums. The constructor throws Error if one is missing or of another picture.
     std::vector<std::filesystem::path> merged{};
     int exr_tile = 0;  // side of the tiles of the .exr, pixels, for the memory estimate; 0: it has lines
 };
@@ -117,11 +117,11 @@ void note_exposure(const ViewTransform& requested, const RenderSettings& used, c
 /// settings and frame number, whatever was rendered before (preview mode `temporal` apart). Settings that are left to a
 /// pilot (`estimator auto`) have to be settled by find_estimator() before the first picture.
 ///
-/// Takes up edits and camera changes of the scene at the next picture. Renderers may share scenes and contexts, all in
-/// one thread at a time. Makes its context current on the calling thread.
+/// Edits and camera changes of the scene apply from the next picture on. Renderers may share scenes and contexts, all
+/// in one thread at a time. Makes its context current on the calling thread.
 class FrameRenderer {
   public:
-    /// The scene must outlive the renderer. Throws Error where there is no such device, and for settings that
+    /// The scene must outlive the renderer. Throws Error if there is no such device, and for settings that
     /// cannot be combined (engine/settings/constraints.h); the first picture checks the rest.
     FrameRenderer(LoadedScene& scene, RenderSettings settings, RendererOptions options = {});
     FrameRenderer(FrameRenderer&&) noexcept;
@@ -129,12 +129,12 @@ class FrameRenderer {
     ~FrameRenderer();
 
     /// Settles what RenderSettings::estimator leaves open, by small pictures of the scene at 0 s (renderer/pilot.h).
-    /// Returns the estimator, or none where `progress` has cancelled. Calls `progress` with the share of the work that
-    /// is done, [0,1]; false cancels. Does nothing where nothing is left open. Throws Error as render() does.
+    /// Returns the estimator, or none if `progress` has cancelled. Calls `progress` with the share of the work that
+    /// is done, [0,1]; false cancels. Does nothing if nothing is left open. Throws Error as render() does.
     std::optional<Estimator> find_estimator(const std::function<bool(double share)>& progress = {});
 
     /// Settles an automatic exposure of RenderSettings::view, by a small picture of the scene at 0 s
-    /// (renderer/metering.h). Returns the exposure in stops, or none where `progress` has cancelled. Does nothing where
+    /// (renderer/metering.h). Returns the exposure in stops, or none if `progress` has cancelled. Does nothing if
     /// no view is wanted or its exposure is fixed. render() calls it for the first picture. Throws Error as render()
     /// does.
     std::optional<float> find_exposure(const std::function<bool(double share)>& progress = {});
@@ -142,7 +142,7 @@ class FrameRenderer {
     /// Renders a frame at its own time; with motion blur at times up to open / 2 frames before and after.
     /// `progress` is called after each sample; false stops and sets RenderStats::interrupted. An Interruptible
     /// (engine/core/interruption.h) ends a sample earlier, with its own exception, and keeps the prepared scene. Throws
-    /// Error where the picture cannot be made, or an estimator is left open; exceptions of `progress` are passed on.
+    /// Error if the picture cannot be made, or an estimator is left open; exceptions of `progress` are passed on.
     /// Other pictures can be made afterwards.
     RenderResult render(std::uint32_t frame, const ProgressCallback& progress = {});
     /// Renders the frame of the settings.

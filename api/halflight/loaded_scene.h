@@ -65,16 +65,16 @@ GltfOptions gltf_options(const SceneChoice& choice);
 void load_whole_or_paged(const SceneChoice& choice, const std::function<void()>& whole,
                          const std::function<void()>& paged);
 
-/// Throws Error about the file where the memory budget (MemoryLedger::process()) has too little left for loading and
+/// Throws Error about the file if the memory budget (MemoryLedger::process()) has too little left for loading and
 /// rendering a scene of this size and a picture of at least `picture_bytes`.
 void check_fits(const SceneSize& size, const std::filesystem::path& file, std::size_t picture_bytes = 0);
 
-/// Throws BudgetError about the file where its geometry exceeds tables on the device, so that it needs pages.
+/// Throws BudgetError about the file if its geometry exceeds tables on the device, so that it needs pages.
 void check_tables(const SceneSize& size, const std::filesystem::path& file);
 
 /// Lets a temporary file (engine/io/texture_store.h) take the textures of files that do not fit into the memory budget,
 /// or all textures if `always` is set. `size` is that of the files together, and changes to what is left of it. Returns
-/// the file, or null where textures stay in memory.
+/// the file, or null if textures stay in memory.
 std::shared_ptr<TextureStore> tile_textures(std::span<GltfScene> files, SceneSize& size, std::size_t picture_bytes,
                                             bool always = false);
 
@@ -83,11 +83,11 @@ struct AddedLight {
     bool lit_elsewhere = false;        // the scene has light in pages, or an animation brings it later: none is added
     bool lamps = true;                 // SceneChoice::lamps
     std::optional<Camera> camera{};    // camera of the picture; none: those of the scene, or its default camera
-    double azimuth = kFramingAzimuth;  // of the camera that the neutral sky follows, degrees from +Z to +X
+    double azimuth = kFramingAzimuth;  // azimuth of the camera, degrees from +Z to +X; the neutral sky follows it
     const rays::LazyProbe* probe = nullptr;  // probe of the scene; null: there is none yet
 };
 
-/// Sets the environment of `choice`, with its sun where it has one. Without a choice, a scene gets a neutral sky if its
+/// Sets the environment of `choice`, with its sun if it has one. Without a choice, a scene gets a neutral sky if its
 /// cameras see little by its own light. Closed scenes of which they see little get lamps, with or without a choice,
 /// unless it is black. The log notes what is added (api/first_picture/default_light.h).
 void set_environment(Scene& scene, const EnvironmentChoice& choice, const Log& log, const AddedLight& added = {});
@@ -133,7 +133,7 @@ class SceneFile {
     bool drives_light();
     /// Returns the indices of materials whose emission changes.
     std::set<std::size_t> driven_emission();
-    /// Returns the end of the last animation that plays, seconds; 0 where none plays.
+    /// Returns the end of the last animation that plays, seconds; 0 if none plays.
     double end();
 
   private:
@@ -149,7 +149,7 @@ class SceneFile {
 class LoadedScene {
   public:
     /// Reads the files; the log gets the warnings. Throws Error that names file and element, before anything is decoded
-    /// where the scene does not fit into memory (check_fits(), check_tables()).
+    /// if the scene does not fit into memory (check_fits(), check_tables()).
     explicit LoadedScene(SceneChoice choice, const CameraChoice& camera = {}, const Log& log = {});
     LoadedScene(LoadedScene&&) noexcept;
     LoadedScene& operator=(LoadedScene&&) noexcept;
@@ -161,7 +161,7 @@ class LoadedScene {
     const Scene& scene() const { return scene_; }
     /// Returns a number that changes whenever scene() changes, except for its cameras.
     std::uint64_t revision() const { return revision_; }
-    /// Returns the nodes of the scene, at the time of its last pose where something moves.
+    /// Returns the nodes of the scene, at the time of its last pose if something moves.
     const SceneTree& tree() const { return tree_; }
     /// Returns a number that changes with edits that move or hide surfaces. Earlier hierarchies are invalid afterwards.
     std::uint64_t transform_revision() const { return transform_revision_; }
@@ -174,14 +174,14 @@ class LoadedScene {
     const SceneEdits& edits() const { return choice_.edits; }
     /// Returns the instances of the last pose before edits, by which SceneEdits::transforms are numbered.
     const std::vector<Instance>& unedited_instances() const;
-    /// Chooses another camera. Throws Error where the scene has none of that name, and keeps the earlier one then.
+    /// Chooses another camera. Throws Error if the scene has none of that name, and keeps the earlier one then.
     void set_camera(const CameraChoice& camera);
 
-    /// Fits a default camera to the edited scene and to pictures of that width / height. Does nothing where another
+    /// Fits a default camera to the edited scene and to pictures of that width / height. Does nothing if another
     /// camera was chosen.
     void frame_for(double aspect);
 
-    /// Poses scene() at a time. Cameras are returned by camera(). Throws Error for an invalid pose, and where an edit
+    /// Poses scene() at a time. Cameras are returned by camera(). Throws Error for an invalid pose, and if an edit
     /// does not suit the pose; scene() then needs another pose.
     void pose(double seconds);
     /// Returns the scene at another time, without an environment. Needs surfaces_move(). Throws Error like pose().
@@ -190,7 +190,7 @@ class LoadedScene {
     /// uploaded the scene go on; other renderers, pictures after edits and set_camera() throw Error. Precondition: not
     /// surfaces_move().
     void free_surfaces();
-    /// Throws Error where free_surfaces() was called.
+    /// Throws Error if free_surfaces() was called.
     void check_surfaces() const;
     /// Lets `deformer` move vertices in later calls of pose() and posed(); null: the CPU. Needs surfaces_move().
     void deform_by(Deformer* deformer);
@@ -209,21 +209,21 @@ class LoadedScene {
     const FrameRate& frame_rate() const { return frame_rate_; }
     /// Returns the time of a frame, whole or not, seconds; negative before SceneChoice::frame_offset.
     double time_of(double frame) const { return frame_rate_.seconds(frame - choice_.frame_offset); }
-    /// Returns the end of the last animation that plays, seconds; none where nothing plays.
+    /// Returns the end of the last animation that plays, seconds; none if nothing plays.
     std::optional<double> animation_end();
     const std::vector<std::size_t>& playing() const { return playing_; }  ///< Returns indices of animations.
     const std::vector<VersionedFile>& files() const { return files_; }  ///< Returns the files, glTF first, pages last.
     /// Returns the environment map of the choice; without one, a file without a path.
     const VersionedFile& environment_file() const { return environment_file_; }
     const std::vector<std::string>& variants() const { return variants_; }  ///< Returns the names of material variants.
-    /// Returns the page file; null where the geometry is in memory.
+    /// Returns the page file; null if the geometry is in memory.
     const std::shared_ptr<const paging::PageSource>& pages() const { return pages_; }
     /// Returns, per material, whether an instance shows it.
     std::vector<bool> used_materials() const;
     const SceneSize& size() const { return size_; }  ///< Returns the size at 0 s.
     /// Returns the environment of the file, which a choice or a neutral sky may have replaced in scene().
     const std::shared_ptr<const Environment>& own_environment() const { return own_environment_; }
-    bool lit_elsewhere() const { return lit_elsewhere_; }  ///< Returns whether it is, as in set_environment().
+    bool lit_elsewhere() const { return lit_elsewhere_; }  ///< Returns AddedLight::lit_elsewhere.
 
   private:
     struct Unedited;

@@ -25,7 +25,7 @@ struct MovieFormat {
 /// BT.709 matrix. Neither format allows odd sides: odd sides become one pixel longer.
 std::vector<std::string> ffmpeg_arguments(const MovieFormat& format, const std::filesystem::path& file);
 
-/// Returns a frame as 8-bit RGB, top row first. The last column and row are repeated where a side is odd.
+/// Returns a frame as 8-bit RGB, top row first. The last column and row are repeated if a side is odd.
 /// `view`: display-encoded, [0,1], 3 or 4 channels.
 std::vector<std::uint8_t> movie_frame(const Image& view);
 
@@ -40,10 +40,10 @@ class Movie {
     Movie& operator=(const Movie&) = delete;
     ~Movie();  ///< Ends ffmpeg unless finish() has; the file is then incomplete.
 
-    /// Sends the next frame. Where ffmpeg has ended early, failed() returns true and finish() throws.
+    /// Sends the next frame. If ffmpeg has ended early, failed() returns true and finish() throws.
     void add(const Image& view);
     bool failed() const { return failed_; }
-    /// Waits until the file is complete. Throws Error with the last line of ffmpeg where it fails.
+    /// Waits until the file is complete. Throws Error with the last line of ffmpeg if it fails.
     void finish();
 
   private:

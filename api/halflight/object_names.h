@@ -28,18 +28,18 @@ NamedObjects nodes_of(const SceneTree& tree);
 /// Returns whether a pattern with * (any characters) and ? (one character) matches the whole name.
 bool matches_pattern(std::string_view pattern, std::string_view name);
 
-/// Returns the objects that a name means (NamedEdit). Throws Error about `subject` where there are none, and where
+/// Returns the objects that a name means (NamedEdit). Throws Error about `subject` if there are none, and if
 /// several objects have the name.
 std::vector<std::size_t> find_objects(const NamedObjects& objects, std::string_view name, const std::string& subject);
-/// Returns all objects that have the name, or else match the pattern; none where there are none.
+/// Returns all objects that have the name, or else match the pattern; none if there are none.
 std::vector<std::size_t> objects_named(const NamedObjects& objects, std::string_view name);
 
 /// Returns the objects of each kind that a name means: all of that name, or else those that match the pattern.
-/// "KIND:NAME" selects a kind, and may have a number as NAME. Throws Error about `subject` where there are none.
+/// "KIND:NAME" selects a kind, and may have a number as NAME. Throws Error about `subject` if there are none.
 std::vector<std::vector<std::size_t>> find_among(std::span<const NamedObjects> kinds, const std::string& name,
                                                  const std::string& subject);
 
-/// Returns for each object the text by which find_objects() finds it alone: its name where that is unique, else its
+/// Returns for each object the text by which find_objects() finds it alone: its name if that is unique, else its
 /// number.
 std::vector<std::string> references_to(const NamedObjects& objects);
 

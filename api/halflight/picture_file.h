@@ -50,8 +50,8 @@ struct PictureInfo {
     std::string lens{};         // lens_text(); empty for a pinhole
     std::string projection{};   // text() of the optics; empty: that of the camera itself
     std::string shutter;        // shutter_text(); empty without motion blur
-    std::string bias;           // reason why the picture would not converge to the scene's light; empty where it would
-    std::string error;          // estimated error, in words; empty where it is not known
+    std::string bias;           // reason why the picture would not converge to the scene's light; empty if it would
+    std::string error;          // estimated error, in words; empty if it is not known
     bool reproducible = false;  // omits the date
     // The following members apply to frames of sequences only.
     std::optional<FrameRate> frame_rate{};
@@ -73,7 +73,7 @@ void check_alpha(const std::filesystem::path& path, bool transparent);
 /// Throws Error for a file whose format cannot hold pictures of this size, pixels.
 void check_size(const std::filesystem::path& path, const ivec2& size);
 
-/// Returns the linear space that `name` stands for. Throws Error where the config has none of that name.
+/// Returns the linear space that `name` stands for. Throws Error if the config has none of that name.
 LinearSpace working_space(const ColorConfig& config, const std::string& name);
 
 /// Writes a picture: as .exr scene-linear with its layers, as .png, .jpg or .tif from RenderResult::view, and as .tif

@@ -114,12 +114,12 @@ struct SceneEdits {
 
 /// Colour and intensity (cd or lux) of a light, whose product is PunctualLight::intensity.
 struct LightColor {
-    vec3 color;       // colour, largest channel 1; white where the light is off
+    vec3 color;       // colour, largest channel 1; white if the light is off
     float intensity;  // >= 0
 };
 LightColor color_of(const PunctualLight& light);
 
-/// Returns v scaled to length 1; none where v is zero or not finite.
+/// Returns v scaled to length 1; none if v is zero or not finite.
 std::optional<dvec3> unit_direction(const dvec3& v);
 
 /// Returns whether edits move or hide surfaces, which scenes in pages cannot follow.

@@ -47,13 +47,13 @@ std::filesystem::path settings_file_of(const std::filesystem::path& scene);
 
 /// Reads a settings file. Throws Error that names file and element, also for unknown settings.
 SavedSettings read_settings(const std::filesystem::path& path);
-/// Reads the contents of a settings file. Throws Error where it is missing or too long.
+/// Reads the contents of a settings file. Throws Error if it is missing or too long.
 std::string read_settings_text(const std::filesystem::path& path);
 /// Parses the contents of the file at `path`, which is not read.
 SavedSettings parse_settings(std::string_view text, const std::filesystem::path& path);
-/// Writes the file completely or not at all: under a temporary name, then renamed. Throws Error where it cannot.
+/// Writes the file completely or not at all: under a temporary name, then renamed. Throws Error if it cannot.
 void write_settings(const std::filesystem::path& path, const SavedSettings& settings);
-/// Returns the contents of the file; paths of maps are relative to `folder`. Throws Error where the name of a map is
+/// Returns the contents of the file; paths of maps are relative to `folder`. Throws Error if the name of a map is
 /// not UTF-8, as JSON needs.
 std::string settings_text(const SavedSettings& settings, const std::filesystem::path& folder);
 

@@ -29,7 +29,7 @@ std::uint64_t peak_memory_bytes();
 /// Returns the memory budget, and what its parts hold, bytes.
 nlohmann::ordered_json memory_json(const MemoryLedger& ledger);
 
-/// Returns the name of the environment, with its radiance where it is constant; "none" where there is none.
+/// Returns the name of the environment, with its radiance if it is constant; "none" if there is none.
 std::string environment_name(const Environment& environment);
 
 /// Returns "f/2.8, aperture 8.2 mm, focus at 1.5 m, 6 blades", the lens of a picture's camera; empty for a pinhole.
@@ -47,7 +47,7 @@ std::string error_line(const AchievedError& error);
 std::string error_line(const DenoisedError& error);
 
 /// Returns statistics of the picture that `renderer` made last: scene, settings, device, times, passes, ray batches,
-/// left-out parts (docs/rendering.md). `outputs`: files of the picture.
+/// left-out parts (docs/speed.md). `outputs`: files of the picture.
 nlohmann::ordered_json run_statistics(const FrameRenderer& renderer, const RenderStats& stats, const StepTimes& times,
                                       const std::vector<std::filesystem::path>& outputs);
 

@@ -59,7 +59,7 @@ ChosenCamera chosen_default(const Scene& scene, const CameraChoice& c, const ray
 /// Returns whether a camera shows no surface at all: neither a vertex nor a ray's hit is in its picture.
 bool is_blind(const Scene& scene, const Camera& camera, const rays::LazyProbe& probe) {
     constexpr int kColumns = 64;
-    constexpr std::size_t kMostVertices = 4096;  // of each mesh
+    constexpr std::size_t kMostVertices = 4096;  // vertices of each mesh that are tested
     const double aspect = camera.aspect > 0 ? camera.aspect : kUsualAspect;
     const double half = camera.orthographic ? camera.ortho_height / 2 : std::tan(camera.vertical_fov / 2);
     const dmat4 to_camera = glm::inverse(camera.camera_to_world);
@@ -187,7 +187,7 @@ ivec2 picture_size(std::optional<int> width, std::optional<int> height, int defa
 }
 
 dmat4 standard_clip(const Camera& camera, double aspect) {
-    // Readers of the attribute use x, y and w; any range of depth will do where the camera sets none.
+    // Readers of the attribute use x, y and w; any range of depth will do if the camera sets none.
     const double near_plane = camera.near_plane > 0 ? camera.near_plane : 1;
     const bool bounded = camera.far_plane > near_plane;
     dmat4 projection;

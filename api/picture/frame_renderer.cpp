@@ -26,8 +26,8 @@ namespace halflight {
 
 namespace {
 
-/// Returns how long a pose of a scene takes, relative to a sample of a pixel: about a third for a triangle that
-/// deforms, and a sixth for any other, which the tables of the pose contain as well (docs/sequences.md).
+/// Returns how long a pose of a scene takes, in times of a sample of a pixel (docs/sequences.md). A triangle that
+/// deforms takes about a third of that time. Any other takes a sixth, since the tables of the pose contain it as well.
 double cost_of_pose(const Scene& scene) {
     double triangles = 0;
     for (const Mesh& mesh : scene.meshes) triangles += double(mesh.triangles.size()) * (mesh.deforms ? 1 : 0.5);
@@ -152,7 +152,7 @@ struct FrameRenderer::State {
     NearFrames near_frames;                   // noisy frames near the one rendered last
     std::optional<Checkpoint> checkpoint;
     const std::optional<FrameCheckpoints> frame_checkpoints;
-    std::map<std::uint32_t, Checkpoint> checkpoints;  // of frame_checkpoints, by frame
+    std::map<std::uint32_t, Checkpoint> checkpoints;  // checkpoints of frames, by frame number
     std::string problem;                              // FrameRenderer::checkpoint_problem()
     int only_part = 0;                                // CheckpointOptions::part
     const Occasion occasion;
@@ -196,7 +196,7 @@ struct FrameRenderer::State {
             throw Error("render settings", "aov: there is no light group '{}' (--light-group){}", name,
                         did_you_mean(name, groups));
     }
-    /// SceneRenderer::begin(), and takes up light groups, glass and cameras that edits have changed.
+    /// Begins a picture by SceneRenderer::begin(), and applies light groups, glass and cameras that edits have changed.
     void begin() {
         scene.frame_for(picture_aspect());
         pictures.begin();
@@ -219,8 +219,8 @@ struct FrameRenderer::State {
         take_lens();
     }
     double picture_aspect() const { return eye_aspect(settings.optics, {settings.width, settings.height}); }
-    /// Takes the lens of the scene's camera where the settings leave the focus open. An f-number then sets the blur,
-    /// not the exposure.
+    /// Copies the lens of the scene's camera to the settings if these leave the focus open. An f-number then sets the
+    /// blur, not the exposure.
     void take_lens() {
         Lens& lens = settings.view.camera.lens;
         const Camera& camera = scene.chosen_camera().camera;
@@ -282,7 +282,7 @@ struct FrameRenderer::State {
         const std::string frame = frame_fingerprint(sums, number);
         return of_part > 0 ? fmt::format("{}, part {}", frame, of_part) : frame;
     }
-    /// Returns the checkpoint of a frame of the sequence, open; null where there is none. own: the frame is rendered
+    /// Returns the checkpoint of a frame of the sequence, open; null if there is none. own: the frame is rendered
     /// for itself, and not as a neighbour.
     Checkpoint* checkpoint_of(std::uint32_t frame, bool own) {
         const auto folder = frame_checkpoints ? frame_checkpoints->folder(frame) : std::nullopt;
@@ -296,7 +296,7 @@ struct FrameRenderer::State {
         } catch (const CheckpointBusy& busy) {
             if (own) problem = busy.what();
         } catch (const Error&) {
-            if (own) throw;  // that of a neighbour is used only if it fits
+            if (own) throw;  // the checkpoint of a neighbour is used only if it fits
         }
         return nullptr;
     }
@@ -433,7 +433,7 @@ void FrameRenderer::set_frame_settings(const FrameSettings& settings) {
     const std::uint32_t frame = state_->settings.frame;
     static_cast<FrameSettings&>(state_->settings) = settings;
     const gpu::KeepCurrent keep;
-    state_->pictures.context().make_current();  // which has the textures of the frames
+    state_->pictures.context().make_current();  // this context has the textures of the frames
     state_->near_frames.clear();
     state_->set_frame(frame);
 }

@@ -116,7 +116,7 @@ void warn_beyond_half(const std::filesystem::path& path, const RenderResult& res
                  beyond, kMost);
 }
 
-/// Returns the picture through the view transform, with alpha where it is transparent.
+/// Returns the picture through the view transform, with alpha if it is transparent.
 Image view_of(const std::filesystem::path& path, const RenderResult& result, const PictureInfo& info) {
     if (result.view.pixels.empty())
         throw Error(path.string(), "not written: the picture was made without its view (want_view)");

@@ -65,7 +65,7 @@ void SceneRenderer::drop() {
     dropped_();
 }
 
-/// Calls f(); where that throws, the next picture prepares the scene anew.
+/// Calls f(); if that throws, the next picture prepares the scene anew.
 template <class F>
 auto SceneRenderer::guarded(F f) {
     try {
@@ -143,9 +143,9 @@ void SceneRenderer::prepare() {
 
 /// Chooses the memory for pages, bytes, before the first pose.
 std::size_t SceneRenderer::choose_pool(const paging::PageIndex& index, const SceneNeeds& needs) {
-    if (pool_size_ > 0) return pool_size_;  // pools of later poses
+    if (pool_size_ > 0) return pool_size_;  // later poses keep the size
     MemoryLedger& ledger = MemoryLedger::process();
-    // Pages take what the picture leaves. Bands become smaller where it would take more than half.
+    // Pages take what the picture leaves. Bands become smaller if it would take more than half.
     const std::size_t free = ledger.free();
     RenderSettings s = settings_;
     std::size_t picture = fit_into_memory(needs, scene_.size(), s, picture_use(), free / 2).picture();

@@ -31,7 +31,7 @@ class SceneRenderer {
   public:
     /// Takes device, colours and ray server of `options`. The owner may change `settings` between pictures as
     /// FrameRenderer does. Scene and settings must outlive the object. `dropped` is called after each drop(). Throws
-    /// Error where there is no such device.
+    /// Error if there is no such device.
     SceneRenderer(LoadedScene& scene, const RenderSettings& settings, RendererOptions& options,
                   std::function<void()> dropped);
     SceneRenderer(const SceneRenderer&) = delete;
@@ -39,7 +39,7 @@ class SceneRenderer {
     ~SceneRenderer();  ///< Precondition: the context is current.
 
     /// Makes this renderer's context and deformer current; others may have used the scene or the thread. Every use
-    /// begins with it. Takes up changes of the scene's transforms.
+    /// begins with it. Applies changes of the scene's transforms.
     void begin();
     /// Drops the prepared scene; the next picture prepares it anew.
     void drop();
@@ -48,13 +48,13 @@ class SceneRenderer {
     const std::optional<Estimator>& found() const { return found_; }
     /// Settles an open estimator as FrameRenderer::find_estimator() does.
     std::optional<Estimator> find_estimator(const std::function<bool(double)>& progress);
-    /// Returns the exposure that metering finds, stops; none where `progress` has cancelled.
+    /// Returns the exposure that metering finds, stops; none if `progress` has cancelled.
     std::optional<float> find_exposure(const std::function<bool(double)>& progress);
 
     /// Renders a picture of the scene at a time, seconds. Throws as FrameRenderer::render().
     RenderResult picture(double seconds, const FrameSettings& frame, PictureInputs inputs,
                          const ProgressCallback& progress);
-    /// Renders a frame at its own time, with the motion of surfaces where a layer needs it.
+    /// Renders a frame at its own time, with the motion of surfaces if a layer needs it.
     RenderResult still(std::uint32_t frame, const FrameSettings& frame_settings, PictureInputs inputs,
                        const ProgressCallback& progress);
     /// Denoises a noisy picture of the pose with frames near it (Renderer::denoise()). Precondition: has_picture().
@@ -62,7 +62,7 @@ class SceneRenderer {
 
     const ColorConfig& colors() const { return colors_; }
     gpu::Context& context() const { return *context_; }
-    /// Returns the deformer on the device; null where no mesh deforms.
+    /// Returns the deformer on the device; null if no mesh deforms.
     GpuDeformer* deformer() { return deformer_ ? &*deformer_ : nullptr; }
     PictureHistory& history() { return history_; }
     bool has_picture() const { return renderer_.has_value(); }
@@ -95,7 +95,7 @@ class SceneRenderer {
     ColorConfig colors_;
     std::shared_ptr<gpu::Context> context_;
     std::optional<GpuDeformer> deformer_;
-    // The uploaded scene and the objects that render it. The next picture makes them anew where they are null.
+    // The uploaded scene and the objects that render it. The next picture makes them anew if they are null.
     std::unique_ptr<PreparedScene> prepared_;
     std::shared_ptr<rays::BatchServer> server_;
     std::shared_ptr<RadianceCache> cache_;  // radiance cache; null without Preview::cache

@@ -26,7 +26,7 @@ struct PyScene {
     bool busy = false;       // a renderer uses the scene without the GIL
     std::thread::id user{};  // thread of that renderer
 
-    /// Returns the scene for reading. Throws Error where a renderer on another thread may be posing it.
+    /// Returns the scene for reading. Throws Error if a renderer on another thread may be posing it.
     const LoadedScene& readable() const {
         if (busy && user != std::this_thread::get_id())
             throw Error("scene", "is in use by a renderer on another thread");
@@ -34,7 +34,7 @@ struct PyScene {
     }
 };
 
-/// Marks a scene as busy during its lifetime. Throws Error where it is busy already: a callback or another thread must
+/// Marks a scene as busy during its lifetime. Throws Error if it is busy already: a callback or another thread must
 /// not use a scene that is being rendered.
 class Busy {
   public:
@@ -71,7 +71,8 @@ class Unlocked {
   public:
     Unlocked() = default;  ///< Throws Error once the interpreter is about to end.
 
-    /// Stops the work of other threads where they call Callback, and waits until all work has ended. Needs the GIL.
+    /// Stops the work of other threads at their next call of Callback, and waits until all work has ended. Needs the
+    /// GIL.
     static void end_all();
 
   private:
@@ -85,7 +86,7 @@ class Unlocked {
     static inline std::atomic<int> running = 0;
     static inline std::atomic<bool> ending = false;
 
-    Counted counted_;  // until the GIL has been taken again
+    Counted counted_;  // counts in `running` until the GIL has been taken again
     py::gil_scoped_release released_;
 };
 
@@ -99,7 +100,7 @@ class Callback {
     Callback& operator=(const Callback&) = delete;
 
     /// Calls the function with what make() returns; takes the GIL. Without `make`, only signals are looked for, at most
-    /// 20 times a second, because other threads may hold the GIL for milliseconds. Returns false where the work is to
+    /// 20 times a second, because other threads may hold the GIL for milliseconds. Returns false if the work is to
     /// stop.
     bool operator()(const std::function<py::object()>& make = {});
     /// Raises what has stopped the work; needs the GIL.

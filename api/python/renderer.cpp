@@ -77,7 +77,7 @@ struct PyRenderer {
     SettingTexts texts;
     std::uint32_t own_frame = 0;  // frame of the settings
 
-    /// Renders a frame. The result is incomplete where a signal has raised an exception, which `progress` holds.
+    /// Renders a frame. The result is incomplete if a signal has raised an exception, which `progress` holds.
     RenderResult render(std::uint32_t frame, Callback& progress) {
         struct Stopped {};
         const Interruptible stops([&] {

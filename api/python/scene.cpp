@@ -210,7 +210,7 @@ py::dict light(const PunctualLight& l) {
                     py::arg("angle") = glm::degrees(l.angle));
 }
 
-/// Returns the transform of an instance with its edits; its own one where it is hidden.
+/// Returns the transform of an instance with its edits; its own one if it is hidden.
 Matrix transform(const PyScene& s, std::size_t index) {
     const Scene& scene = s.readable().scene();
     const std::vector<Instance>& all = s.readable().unedited_instances();

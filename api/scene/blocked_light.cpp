@@ -33,7 +33,7 @@ std::vector<rays::ProbeHit> seen_by(const rays::SceneProbe& probe, const std::ve
 }
 
 /// Returns the first glass between a surface and a light on its side. Sets `open` if there is nothing. Returns null
-/// there, and where something opaque is in between.
+/// in this case, and if something opaque is in between.
 const Material* glass_before(const rays::SceneProbe& probe, const PunctualLight& light, const rays::ProbeHit& at,
                              bool& open) {
     dvec3 direction = -dvec3(light.direction);

@@ -196,14 +196,14 @@ std::vector<std::pair<std::string, std::string>> split_keys(const std::string& t
     return pairs;
 }
 
-/// Splits "NAME=REST" at the last equals sign. Throws Error about `source` where there is no name.
+/// Splits "NAME=REST" at the last equals sign. Throws Error about `source` if there is no name.
 std::pair<std::string, std::string> split_name(const std::string& source, const std::string& text, const char* form) {
     const std::size_t equals = text.rfind('=');
     if (equals == std::string::npos || equals == 0) throw Error(source, "expects {}, not '{}'", form, text);
     return {text.substr(0, equals), text.substr(equals + 1)};
 }
 
-/// Returns the edit of a name, which is added where there is none. `source` names its option, and may be empty.
+/// Returns the edit of a name, which is added if there is none. `source` names its option, and may be empty.
 template <class Edit>
 Edit& find_or_add(std::vector<NamedEdit<Edit>>& edits, const std::string& name, const std::string& source = {}) {
     const auto known = std::ranges::find(edits, name, &NamedEdit<Edit>::name);

@@ -30,8 +30,8 @@ bool suits_layer(char c) {
            static_cast<unsigned char>(c) >= 0x80;
 }
 
-/// Returns the name of a group of one light: that of the object, with the characters that layers may have, cut to
-/// kMostName bytes, and with a number if it is taken.
+/// Returns the name of a group of one light: the object's name, cut to kMostName bytes, in characters that layers may
+/// have. A number is added if the name is taken.
 std::string own_name(const std::string& object, const char* kind, std::set<std::string>& taken) {
     std::string name = object.empty() ? kind : object;
     std::ranges::replace_if(

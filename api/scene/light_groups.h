@@ -18,11 +18,11 @@ struct FoundLightGroups {
 
 /// The groups of SceneEdits::each_light, which all poses of a scene share.
 struct SeparateLights {
-    std::vector<std::string> names;  // the last one is that of all other lights
-    FoundLightGroups groups;         // without instances
+    std::vector<std::string> names;  // names of the groups; the last group has all other lights
+    FoundLightGroups groups;         // groups of lights, materials and environment; `instances` is empty
 };
 
-/// Throws Error about `subject` where the name of a group cannot name a layer.
+/// Throws Error about `subject` if the name of a group cannot name a layer.
 void check_light_group_name(const std::string& name, const std::string& subject);
 
 /// Returns the groups of SceneEdits::light_groups. A name means all lights, materials and nodes that have it, nodes
@@ -36,7 +36,7 @@ FoundLightGroups find_light_groups(const SceneEdits& edits, const Scene& scene, 
 void set_light_groups(const SceneEdits& edits, const FoundLightGroups& found, Scene& scene);
 
 /// Gives each light, each material that emits light and the environment a group of its own. `driven` holds indices of
-/// materials that may emit light in other poses. Throws Error about `subject` where these are too many.
+/// materials that may emit light in other poses. Throws Error about `subject` if these are too many.
 SeparateLights separate_lights(const Scene& scene, const std::set<std::size_t>& driven, const std::string& subject);
 void set_light_groups(const SeparateLights& lights, Scene& scene);
 

@@ -66,7 +66,7 @@ class Motions {
         }
         return all;
     }
-    /// Returns the matrix that replaces that of an instance which has the transform of its node; null where none does.
+    /// Returns the matrix that replaces that of an instance which has the transform of its node; null if none does.
     const dmat4* replacement(int node, const dmat4& object_to_world) const {
         const auto own = replaced_.find(node);
         const bool same =

@@ -25,11 +25,11 @@ std::vector<bool> movable_nodes(const Scene& scene, const SceneTree& tree);
 MovedObjects move_objects(const SceneEdits& edits, const Scene& scene, const SceneTree& tree,
                           const std::string& subject);
 
-/// Returns the index of the node of an instance or a light; kNone where it has none.
+/// Returns the index of the node of an instance or a light; kNone if it has none.
 int node_of_instance(const Scene& scene, const SceneTree& tree, std::size_t index);
 int node_of_light(const SceneTree& tree, std::size_t index);
 
-/// Throws Error about `subject` where a value is outside its range, or the matrix cannot be inverted.
+/// Throws Error about `subject` if a value is outside its range, or the matrix cannot be inverted.
 void check_values(const NodeEdit& edit, const std::string& subject);
 
 }  // namespace halflight

@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Opens a page file. Returns null where it is missing, damaged, or was not made of these files.
+/// Opens a page file. Returns null if it is missing, damaged, or was not made of these files.
 std::shared_ptr<paging::PageFile> open_if_made_of(std::span<const GltfScene> parts, const fs::path& file) {
     if (!fs::exists(file)) return nullptr;
     try {

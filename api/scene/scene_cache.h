@@ -12,10 +12,10 @@
 
 namespace halflight {
 
-/// Returns the page file of a scene in the folder $XDG_CACHE_HOME/halflight/scenes. Where it is missing, damaged or
+/// Returns the page file of a scene in the folder $XDG_CACHE_HOME/halflight/scenes. If it is missing, damaged or
 /// made of other contents, the scene is converted, which the log notes. `parts` are the scene's files. The folder takes
 /// at most half of the space that its disk has for it; files used least recently are deleted first. Throws Error like
-/// pack_scene(), and where there is no such folder. A page of the file that turns out to be damaged removes the file.
+/// pack_scene(), and if there is no such folder. A page of the file that turns out to be damaged removes the file.
 std::shared_ptr<paging::PageFile> cached_pages(const std::filesystem::path& scene, std::span<const GltfScene> parts,
                                                const PackOptions& options, const Log& log);
 

@@ -41,7 +41,7 @@ Material clay(const Material& of) {
     clay.emission_texture = of.emission_texture;
     clay.alpha_mode = of.alpha_mode;
     clay.alpha_cutoff = of.alpha_cutoff;
-    clay.double_sided = !is_one_sided(of);  // as pages hold it
+    clay.double_sided = !is_one_sided(of);  // pages hold this flag, too
     return clay;
 }
 

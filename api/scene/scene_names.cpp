@@ -26,7 +26,7 @@ Json option(const char* name, const std::string& value) {
     return Json::array({name, value});
 }
 
-/// Returns the options that choose a camera alone. Names come before numbers, so a camera has none where its own name
+/// Returns the options that choose a camera alone. Names come before numbers, so a camera has none if its own name
 /// is missing or not unique and its number is the name of another one.
 Json options_of_camera(const Scene& scene, std::size_t index) {
     const auto count = [&](const std::string& name) { return std::ranges::count(scene.cameras, name, &Camera::name); };
@@ -66,7 +66,7 @@ Json options_of(const Material& material, const std::string& reference) {
     return options;
 }
 
-/// Quotes an argument for a shell where it needs that.
+/// Quotes an argument for a shell if it needs that.
 std::string shell_quoted(std::string_view argument) {
     constexpr std::string_view kPlain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_.,:=/+@%";
     if (!argument.empty() && argument.find_first_not_of(kPlain) == std::string_view::npos) return std::string(argument);

@@ -35,7 +35,7 @@ class Fingerprint {
     Fingerprint& values(fmt::format_string<Args...> format, Args&&... args) {
         return text(fmt::format(format, std::forward<Args>(args)...));
     }
-    /// Adds the content of a file, like a text. Files may be larger than memory. Throws Error where the file has
+    /// Adds the content of a file, like a text. Files may be larger than memory. Throws Error if the file has
     /// changed since its version was noted, because pictures show what was read then.
     Fingerprint& file(const VersionedFile& file) {
         constexpr std::uint64_t kPiece = std::uint64_t{1} << 20;  // bytes
@@ -177,7 +177,7 @@ std::string sequence_fingerprint(const LoadedScene& scene, const RenderSettings&
     if (const OutputOptions usual; output.jpeg_quality != usual.jpeg_quality || output.tiff != usual.tiff)
         print.values("jpeg {} tiff {}", output.jpeg_quality, static_cast<int>(output.tiff));
     print.values("best effort {}", output.best_effort);
-    // Frames depend on the frames before them where temporal accumulation is on.
+    // Frames depend on the frames before them if temporal accumulation is on.
     if (settings.preview.temporal) print.values("frames {}", fmt::join(frames, ","));
     print.text(shutter_fingerprint(shutter, scene, settings));
     return print.hex();
@@ -239,7 +239,7 @@ FrameFile examine_frame(const std::filesystem::path& path, const std::string& fi
             found = fingerprint_of_text(read_tiff(path.string(), bytes, kMaxSide).description);
         }
     } catch (const BudgetError&) {
-        throw;  // it says nothing about the file
+        throw;  // a lack of memory says nothing about the file
     } catch (const Error&) {
         return FrameFile::incomplete;
     }

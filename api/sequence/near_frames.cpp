@@ -19,7 +19,7 @@ std::vector<std::uint32_t> frames_near(std::uint32_t frame, std::int64_t reach) 
     return frames;
 }
 
-/// Returns the scene at a frame; none where it cannot be posed. Such a frame fails alone and is no neighbour.
+/// Returns the scene at a frame; none if it cannot be posed. Such a frame fails alone and is no neighbour.
 std::optional<Scene> pose_of(LoadedScene& scene, std::uint32_t frame) {
     try {
         return scene.posed(scene.time_of(frame));
@@ -33,7 +33,7 @@ std::optional<Scene> pose_of(LoadedScene& scene, std::uint32_t frame) {
 /// Returns whether lights and materials emit alike in two poses. If they do not, the light of one frame is wrong in the
 /// other, however well its surfaces match.
 bool emit_alike(const Scene& a, const Scene& b) {
-    constexpr float kMost = 0.002f;  // relative difference that is not seen
+    constexpr float kMost = 0.002f;  // relative difference that is too small to be seen
     const auto alike = [](const vec3& x, const vec3& y) {
         return glm::all(glm::lessThanEqual(glm::abs(x - y), kMost * glm::max(glm::abs(x), glm::abs(y))));
     };
@@ -97,7 +97,7 @@ RenderResult NearFrames::render(LoadedScene& scene, std::uint32_t frame, int rea
     std::stable_partition(frames.begin(), frames.end(), [&](std::uint32_t n) { return n == frame; });
     for (const std::uint32_t n : frames) {
         if (held_.contains(n)) continue;
-        if (n != frame && held_.at(frame).lit_otherwise.contains(n)) continue;  // it could not serve
+        if (n != frame && held_.at(frame).lit_otherwise.contains(n)) continue;  // it emits otherwise
         const auto of_all = [&](RenderProgress p) {
             p.samples_done += rendered * p.samples_total;
             p.samples_total *= missing;

@@ -29,8 +29,8 @@ class NearFrames {
         std::function<Camera(std::uint32_t frame)> camera;
     };
 
-    /// Renders a frame and those up to `reach` before and after it that are not held yet, and denoises it with those in
-    /// which lights and materials emit as in the frame itself. An interrupted result is incomplete.
+    /// Renders a frame, and those up to `reach` before and after it that are not held yet. Denoises the frame by those
+    /// in which lights and materials emit as in the frame itself. An interrupted result is incomplete.
     RenderResult render(LoadedScene& scene, std::uint32_t frame, int reach, const Steps& steps,
                         const ProgressCallback& progress);
     /// Forgets all frames. The context must be current.
@@ -48,7 +48,7 @@ class NearFrames {
     Held noisy(LoadedScene& scene, std::uint32_t frame, std::span<const std::uint32_t> frames, const Steps& steps,
                const ProgressCallback& progress);
 
-    std::map<std::uint32_t, Held> held_;  // by frame
+    std::map<std::uint32_t, Held> held_;  // frames that wait or serve, by number
     std::uint64_t choice_ = 0;            // LoadedScene::choice_revision() of the held frames
     double load_seconds_ = 0;
 };

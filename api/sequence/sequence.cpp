@@ -109,7 +109,7 @@ std::vector<std::uint32_t> frames_to_make(const SequenceOptions& o, const std::v
     return todo;
 }
 
-/// Appends a line to a file. The last line may lack its newline where a run was killed. An empty `line` appends only
+/// Appends a line to a file. The last line may lack its newline if a run was killed. An empty `line` appends only
 /// that missing newline and creates the file.
 void append_line(const std::filesystem::path& path, const std::string& line) {
     const auto check = [&](bool good) {
@@ -325,7 +325,7 @@ class FrameQueue {
     }
 
   private:
-    /// Throws Error where another process has written other files of a frame since frames_to_make() looked.
+    /// Throws Error if another process has written other files of a frame since frames_to_make() looked.
     void check_replaceable(std::uint32_t frame) const {
         if (options_.overwrite) return;
         for (const auto& path : files_of(options_, frame))
@@ -355,14 +355,14 @@ class FrameQueue {
     bool noted_ = false;
 };
 
-/// Throws Error where the sequence would write a file that the scene reads.
+/// Throws Error if the sequence would write a file that the scene reads.
 void check_scene_files(const LoadedScene& scene, const SequenceOptions& o) {
     std::map<std::filesystem::path, Paths> read;  // by name, since a sequence may have a million files
     for (const auto& file : scene.files()) read[file.path.filename()].push_back(file.path);
     const auto check = [&](const std::filesystem::path& path) {
         const auto known = read.find(path.filename());
         if (known == read.end()) return;
-        std::error_code none;  // files that are missing are not equivalent
+        std::error_code none;  // ignored: a file that is missing is no file of the scene
         for (const auto& file : known->second)
             if (std::filesystem::equivalent(file, path, none)) throw Error(path.string(), "is a file of the scene");
     };

@@ -14,7 +14,7 @@ namespace halflight {
 /// Least number of samples from which adaptive sampling and error targets estimate noise.
 inline constexpr int kLeastEstimatedSamples = 16;
 
-/// What decides a picture beside its settings.
+/// Facts that decide a picture beside its settings.
 struct Occasion {
     bool shutter = false;           // motion blur
     bool checkpoint = false;        // samples are saved
@@ -25,10 +25,10 @@ struct Occasion {
     bool catchers = false;          // the scene has shadow catchers
     bool finished = false;          // the picture is finished, and not a stage of one that a viewer refines
 };
-/// What settings, or the occasion of a picture, can switch on.
+/// A feature that settings, or the occasion of a picture, can switch on.
 struct Feature {
-    const char* name;                    // in sentences
-    std::array<const char*, 3> options;  // options that switch it on, which may be settings; null: no further
+    const char* name;                    // name in sentences
+    std::array<const char*, 3> options;  // options that switch it on, which may be settings; null: there are no more
     bool (*on)(const RenderSettings&, const Occasion&);
     /// Returns the first option for which is_it(option) is true; null: none.
     template <class F>
@@ -50,8 +50,8 @@ struct Constraint {
     const Feature& other;
     Kind kind;
     const char* reason;               // clause that follows the names
-    const Feature* beside = nullptr;  // the row holds only where this feature is on, too; null: always
-    const Feature* unless = nullptr;  // the row does not hold where this feature is on; null: always
+    const Feature* beside = nullptr;  // the row holds only if this feature is on, too; null: always
+    const Feature* unless = nullptr;  // the row does not hold if this feature is on; null: always
 
     bool broken_by(const RenderSettings& settings, const Occasion& occasion) const;
     /// Returns "ONE cannot be combined with OTHER (option): REASON".

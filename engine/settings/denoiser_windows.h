@@ -16,7 +16,7 @@ inline constexpr int kDenoiserReach = 64;
 struct DenoiserWindow {
     ivec2 first{0};  // upper left pixel, from that of the rendered pixels
     ivec2 size{0};   // pixels, > 0
-    int margin = 0;  // columns beyond either side, which are those of the other side; at most size.x
+    int margin = 0;  // columns that are added on either side: copies of those at the other side; at most size.x
     bool operator==(const DenoiserWindow&) const = default;
 };
 

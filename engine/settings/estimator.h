@@ -50,7 +50,7 @@ const char* name(ShadowRays rays);  ///< Returns "auto", "1", "2", "4" or "8".
 struct Estimator {
     LightChoice lights = LightChoice::automatic;  // choice of a light by next-event estimation
     SunChoice sun = SunChoice::apart;             // sampling of the sun; no effect without it or without other lights
-    Reuse reuse = Reuse::off;                     // size of path reuse groups; no effect where path reuse is left out
+    Reuse reuse = Reuse::off;                     // size of path reuse groups; no effect if path reuse is left out
     CameraRays camera = CameraRays::one;
     ShadowRays shadow = ShadowRays::one;
     SamplePoints sampler = SamplePoints::sobol;

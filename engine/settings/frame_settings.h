@@ -37,12 +37,12 @@ struct SceneSettings {
 
 /// Settings that may differ between the pictures of one renderer. settings_table.h describes the public ones.
 struct FrameSettings : SceneSettings {
-    int samples = 64;      // samples per pixel, > 0; an upper limit where time_limit or error is set
+    int samples = 64;      // samples per pixel, > 0; an upper limit if time_limit or error is set
     int first_sample = 0;  // number of the picture's first sample in the frame's sequence, >= 0
     // Number of parts of equal length in which samples are summed; the sums of the parts are added in order. Parts can
     // be rendered apart and merged, to the same bits. 1 to `samples`.
     int parts = 1;
-    int of_samples = 0;    // length of the frame's sequence where the picture is a part of it; 0: unknown
+    int of_samples = 0;    // length of the frame's sequence if the picture is a part of it; 0: unknown
     PixelFilter filter{};  // reconstruction filter of radiance; layers at pixel centres are not filtered
     double time_limit =
         0;  // seconds; > 0: samples are added until this time, at least one, or two to denoise; 0: no limit

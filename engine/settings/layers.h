@@ -18,7 +18,7 @@ struct DebugRecord;
 
 /// Content of a layer's channels, which decides how files store them.
 enum class LayerStorage {
-    color,  // linear RGB: converted to the working space; float, or half where wanted
+    color,  // linear RGB: converted to the working space; float, or half if wanted
     data,   // data as float
     ids,    // ids, uint32 as the bits of floats
     matte,  // pairs of id and coverage (renderer/cryptomatte.h), float
@@ -50,7 +50,7 @@ enum class LayerSource {
     debug,      // DebugRecord of the pass "debug aov"
 };
 
-/// A layer. A new one needs a row in layers.cpp, and its values where the source does not hold them yet.
+/// A layer. A new one needs a row in layers.cpp, and its values if the source does not hold them yet.
 struct AovInfo {
     std::string_view name;
     std::string_view prefix;    // start of channel names; empty: none

@@ -26,7 +26,7 @@ struct PreviewMode {
 };
 std::span<const PreviewMode> known_preview_modes();
 
-/// Returns the names of the enabled modes, joined by commas; "none" where there is none.
+/// Returns the names of the enabled modes, joined by commas; "none" if there is none.
 std::string text(const Preview& preview);
 /// Parses a list like that of text(). Throws Error, with the list as its subject, for unknown and repeated names, and
 /// for "none" beside other names.

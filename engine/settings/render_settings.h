@@ -1,6 +1,6 @@
-// All settings of a renderer (constraints.h says which cannot be combined): its scene (SceneSettings), how the picture
-// is made (FrameSettings, PictureSettings) and how the work is scheduled, which never changes the picture
-// (ScheduleSettings). No OpenGL is used.
+// All settings of a renderer. SceneSettings are its scene. FrameSettings and PictureSettings say how the picture is
+// made. ScheduleSettings say how the work is scheduled, which never changes the picture. constraints.h says which
+// settings cannot be combined. No OpenGL is used.
 #pragma once
 
 #include <cstddef>
@@ -39,7 +39,7 @@ struct PictureSettings {
     // picture's edges. Its pixels have the bits of the whole picture. None: the whole picture.
     std::optional<PixelWindow> crop{};
     int overscan = 0;  // pixels that are added on each side of crop or picture, >= 0
-    // Reflections and refractions along a path, >= 0; 0: emission only, 1: direct light; none: default_bounces() where
+    // Reflections and refractions along a path, >= 0; 0: emission only, 1: direct light; none: default_bounces() if
     // a FrameRenderer renders, else kBounces.
     std::optional<int> bounces{};
     // Largest luminance of a sample of a pixel's indirect light; 0: not clamped. Brighter samples keep their hue and

@@ -53,7 +53,7 @@ std::string parse_name(const Choices& choices, const std::string& text, Enum& va
 }
 
 /// Conversion of a value to and from text. names() returns accepted names, or "" for numbers and free text. parse()
-/// sets the value. It returns what is wrong with the text, or "" where the value was set.
+/// sets the value. It returns what is wrong with the text, or "" if the value was set.
 template <class T>
 struct Value;
 

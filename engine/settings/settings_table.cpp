@@ -94,9 +94,9 @@ std::vector<Setting> make_table() {
                 .name = "backfaces",
                 .group = kPicture,
                 .metavar = "MODE",
-                .help = "back faces of single-sided materials: auto hides them from the camera, and from perfect "
-                        "mirrors and clear glass that it looks at or through; cull hides them from all rays, so that "
-                        "light passes them, too; show hides none",
+                .help = "back faces of single-sided materials. auto: the camera does not see them, neither directly "
+                        "nor by perfect mirrors and clear glass. cull: no ray meets them, so light passes them, too. "
+                        "show: the camera and all rays meet them",
                 .saved = true,
             }),
         row([](auto& s) -> auto& { return s.optics.projection; },
@@ -123,8 +123,8 @@ std::vector<Setting> make_table() {
                 .name = "stereo",
                 .group = kCamera,
                 .metavar = "NAME",
-                .help = "eye that the picture shows, or arrangement of both eyes in the picture, whose size is that of "
-                        "both together",
+                .help = "eye that the picture shows, or arrangement of the views of both eyes in it; the picture's "
+                        "size is then that of both views together",
                 .saved = true,
                 .memory = true,
             }),
@@ -143,7 +143,8 @@ std::vector<Setting> make_table() {
                 .name = "convergence",
                 .group = kCamera,
                 .metavar = "METRES",
-                .help = "distance at which both eyes of --stereo see the same point at the same place; 0 is infinity",
+                .help =
+                    "distance at which a point has the same place in the views of both eyes of --stereo; 0 is infinity",
                 .lower = 1e-6,
                 .upper = 1e9,
                 .zero = true,
@@ -167,8 +168,8 @@ std::vector<Setting> make_table() {
                 .name = "fstop",
                 .group = kCamera,
                 .metavar = "N",
-                .help = "f-number: blur with --focus, else exposure of a physical camera (16 if 0 and another is "
-                        "given)",
+                .help = "f-number. With --focus it sets the blur, else the exposure, as that of a physical camera; 0: "
+                        "not set, or 16 if --iso or --shutter-speed is given",
                 .lower = 0.1,
                 .upper = 1000,
                 .zero = true,
@@ -182,8 +183,7 @@ std::vector<Setting> make_table() {
                 .name = "aperture",
                 .group = kCamera,
                 .metavar = "MM",
-                .help = "diameter of the aperture, which replaces that of --fstop for depth of field; 0 leaves it to "
-                        "--fstop",
+                .help = "diameter of the aperture, for depth of field, in place of that of --fstop; 0: --fstop decides",
                 .lower = 1e-6,
                 .upper = 1e6,
                 .zero = true,
@@ -195,8 +195,8 @@ std::vector<Setting> make_table() {
                 .name = "sensor",
                 .group = kCamera,
                 .metavar = "MM",
-                .help = "length of the sensor along the longer side of the picture, which decides the focal length of "
-                        "--fstop; 0 is that of the scene's camera, or 36",
+                .help = "length of the sensor along the longer side of the picture, from which --fstop gets the focal "
+                        "length; 0: that of the scene's camera, or 36",
                 .lower = 0.1,
                 .upper = 1000,
                 .zero = true,
@@ -207,7 +207,7 @@ std::vector<Setting> make_table() {
                 .name = "blades",
                 .group = kCamera,
                 .metavar = "N",
-                .help = "blades of the aperture; 0 leaves them to the scene's camera, or makes it round",
+                .help = "number of blades of the aperture; 0: that of the scene's camera, or a round aperture",
                 .lower = 3,
                 .upper = 64,
                 .zero = true,
@@ -244,9 +244,8 @@ std::vector<Setting> make_table() {
                 .name = "clamp",
                 .group = kPicture,
                 .metavar = "LUMINANCE",
-                .help =
-                    "largest luminance of one sample of a pixel's indirect light: fewer fireflies, less light; 0 does "
-                    "not clamp",
+                .help = "limits the luminance of each sample of a pixel's indirect light: fewer fireflies, less light; "
+                        "0 sets no limit",
                 .lower = 1e-6,
                 .upper = 1e30,
                 .zero = true,
@@ -278,8 +277,8 @@ std::vector<Setting> make_table() {
                 .name = "sample-parts",
                 .group = kPicture,
                 .metavar = "N",
-                .help = "number of parts in which samples are summed, which other machines can render with --part and "
-                        "`halflight merge` joins to the same bits",
+                .help = "sums samples in N parts. Several machines can render them with --part, and `halflight merge` "
+                        "joins them to the same bits",
                 .lower = 1,
                 .upper = 4096,
             }),
@@ -325,8 +324,8 @@ std::vector<Setting> make_table() {
             {
                 .name = "denoise",
                 .group = kPicture,
-                .help = "filters noise out of the finished picture, which is biased but approaches the mean of the "
-                        "samples as they become more; layers and --error refer to that mean",
+                .help = "filters noise out of the finished picture. The result is biased, but approaches the mean of "
+                        "the samples as they become more; layers and --error refer to that mean",
                 .saved = true,
                 .memory = true,
             }),
@@ -346,8 +345,8 @@ std::vector<Setting> make_table() {
                 .name = "denoise-error",
                 .group = kPicture,
                 .metavar = "N",
-                .help = "estimates the error of the denoised picture from two further pictures of N samples, which it "
-                        "does not contain; 0 does not",
+                .help = "estimates the error of the denoised picture by two further pictures of N samples, which are "
+                        "not part of it; 0 makes no estimate",
                 .lower = 0,
                 .upper = kMaxSamples,
                 .memory = true,
@@ -430,8 +429,8 @@ std::vector<Setting> make_table() {
                 .name = "iso",
                 .group = kColour,
                 .metavar = "S",
-                .help =
-                    "sensitivity of a physical camera, whose exposure replaces auto (100 if 0 and another is given)",
+                .help = "sensitivity of a physical camera, whose exposure replaces auto; 0: not set, or 100 if --fstop "
+                        "or --shutter-speed sets an exposure",
                 .lower = 1,
                 .upper = 1e7,
                 .zero = true,
@@ -442,7 +441,8 @@ std::vector<Setting> make_table() {
                 .name = "shutter-speed",
                 .group = kColour,
                 .metavar = "SECONDS",
-                .help = "exposure time of a physical camera, such as 1/250 (1/125 if 0 and another is given)",
+                .help = "exposure time of a physical camera, such as 1/250; 0: not set, or 1/125 if --fstop or --iso "
+                        "sets an exposure",
                 .lower = 1e-6,
                 .upper = 1e5,
                 .zero = true,
@@ -461,7 +461,8 @@ std::vector<Setting> make_table() {
                 .name = "primary",
                 .group = kRun,
                 .metavar = "METHOD",
-                .help = "primary visibility (auto traces where there is more than one triangle per four pixels)",
+                .help = "method that finds the surfaces that the camera sees; auto traces if there is more than one "
+                        "triangle per four pixels, else rasterizes",
             }),
         row([](auto& s) -> auto& { return s.estimator; },
             {
@@ -485,9 +486,8 @@ std::vector<Setting> make_table() {
                 .name = "keep",
                 .group = kRun,
                 .metavar = "NAME,...",
-                .help =
-                    "builds parts that the scene does not need: names from `halflight info SCENE --needs` without a "
-                    "*; costs time and memory, never changes the picture",
+                .help = "builds parts of the renderer that the scene does not need: names without a * in `halflight "
+                        "info SCENE --needs`; costs time and memory, never changes the picture",
                 .fingerprint = false,
             }),
     };

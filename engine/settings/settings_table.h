@@ -33,7 +33,7 @@ struct Setting {
     /// Text of the value, which set() reads back exactly.
     std::function<std::string(const RenderSettings&)> get{};
     /// Sets the value by its text. Returns what is wrong with the text, as a phrase that follows the setting's name;
-    /// empty where the value was set.
+    /// empty if the value was set.
     std::function<std::string(RenderSettings&, const std::string& text)> set{};
 };
 

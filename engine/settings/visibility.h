@@ -13,7 +13,7 @@ namespace halflight {
 /// Method of primary visibility: raster or traced. Both methods converge to the same picture, except for details
 /// smaller than a pixel (passes/surface/gbuffer.h, add_gbuffer).
 enum class PrimaryVisibility : std::uint8_t {
-    automatic,  // traced where triangles are far smaller than pixels, else raster
+    automatic,  // traced if triangles are far smaller than pixels, else raster
     raster,
     traced,
 };

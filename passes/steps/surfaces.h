@@ -1,4 +1,4 @@
-// What primary visibility finds: the G-buffer.
+// The G-buffer: results of primary visibility.
 #pragma once
 
 #include "engine/device/scene_view.h"

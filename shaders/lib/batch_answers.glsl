@@ -1,4 +1,5 @@
-// The answers to the rays of a batch: their hits, or with HALFLIGHT_ANY_HIT whether they have any. This file binds them.
+// The answers to the rays of a batch: their hits, or with HALFLIGHT_ANY_HIT whether they have any. This file binds
+// them.
 #include "shaders/lib/finite.glsl"
 #include "shaders/shared/ray_structs.h"
 

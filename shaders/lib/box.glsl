@@ -33,8 +33,8 @@ vec3 raised_direction(vec3 direction) {
     return mix(vec3(1.0), vec3(-1.0), lessThan(direction, vec3(0.0))) * max(magnitude, vec3(least));
 }
 
-// Returns the bound of the error of positions. base, cell: the hierarchy's grid (shaders/shared/bvh_nodes.h). slack: the
-// bound relative to the largest distance (maximum norm) between the origin and a point of the hierarchy.
+// Returns the bound of the error of positions. base, cell: the hierarchy's grid (shaders/shared/bvh_nodes.h). slack:
+// the bound relative to the largest distance (maximum norm) between the origin and a point of the hierarchy.
 float position_error(vec3 origin, vec3 base, vec3 cell, float slack) {
     precise vec3 reach = max(abs(base - origin), abs(base + kGridCells * cell - origin));
     precise float error = slack * max(reach.x, max(reach.y, reach.z));

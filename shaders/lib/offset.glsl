@@ -12,8 +12,8 @@ float rounding_bound(float n) {
 // the corners relative to the hit; their distances are r_i. An edge function, the difference of two products, has an
 // error of roundings of r_j r_k. The error of a weight is that divided by the doubled area. The hit's error is the sum
 // of the weights' errors times r_i, which exceeds roundings of the hit's length only in slivers. The worst case is some
-// thirty roundings; many independent ones stay within five (tests/pass/light/test_direct_light.cpp, test_shading_surface.cpp).
-// The bound is at most the triangle's smallest height, so that slivers send no ray far away.
+// thirty roundings; many independent ones stay within five (tests/pass/light/test_direct_light.cpp,
+// test_shading_surface.cpp). The bound is at most the triangle's smallest height, so that slivers send no ray far away.
 //
 // With HALFLIGHT_SLIVERS, the tracer uses the triangle's true plane. The remaining errors are those of the offset
 // direction in floats. The normal has three roundings of its products and three of its length, and the test of a

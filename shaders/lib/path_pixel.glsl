@@ -1,5 +1,5 @@
-// Pixel and sample of a path. In most samples, each path has a pixel of its own. In adaptive runs, a list names the block
-// of pixels and the sample of 256 paths each.
+// Pixel and sample of a path. In most samples, each path has a pixel of its own. In adaptive runs, a list names the
+// block of pixels and the sample of 256 paths each.
 #include "shaders/shared/frame_block.h"
 #include "shaders/shared/pixel_order.h"
 #include "shaders/shared/sampled_block.h"

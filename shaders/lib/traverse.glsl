@@ -176,9 +176,9 @@ void put_aside(BvhStep s, const int first, inout int entries, const bool any_hit
 
 uint nodes_visited = 0u;  // inner nodes, with four boxes each
 
-// References to missing pages have the root of a subtree (engine/paging/page_pool.h). A ray has an order of subtrees: by
-// its entry, or 0 for any_hit, and then by root. Of the missing ones that a traversal meets, the first one is kept that
-// is not before `searched`.
+// References to missing pages have the root of a subtree (engine/paging/page_pool.h). A ray has an order of subtrees:
+// by its entry, or 0 for any_hit, and then by root. Of the missing ones that a traversal meets, the first one is kept
+// that is not before `searched`.
 uvec2 searched = uvec2(0u);  // entry and root; earlier traversals have searched all subtrees before it
 uvec2 first_missing = uvec2(uint(kBvhFar), kMiss);
 

@@ -26,7 +26,7 @@ void put(std::FILE* stream, std::string_view text);
 
 /// Prints "halflight: WHAT" on stderr as one line, and writes it to the log file. Returns `status`, for main().
 int fail(int status, std::string_view what);
-/// Prints an error of the system likewise, and names the limits where a thread could not be started.
+/// Prints an error of the system as one line, and names the limits if a thread could not be started.
 int fail(int status, const std::system_error& error);
 
 /// Opens the log file of the process. Messages of all levels are appended to it, each with date and time (UTC). Throws

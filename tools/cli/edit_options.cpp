@@ -47,7 +47,7 @@ void add_edit_options(Options& options, ViewArguments& a) {
     edit("--material", "NAME.PROPERTY=VALUE",
          "edits materials: --material floor.roughness=0.3, --material wall.base_color=#8899cc. docs/materials.md lists "
          "the "
-         "properties. Textures multiply them",
+         "properties. A value multiplies the texture of its property",
          add_material_edit);
     edit("--node", "NAME=KEY:VALUE,...",
          "moves nodes with everything below them. Keys are these." + list_of(node_edit_keys()), add_node_edit);

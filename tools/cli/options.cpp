@@ -168,12 +168,13 @@ void add_environment_options(Options& options, SceneChoice& choice) {
         [&](const auto& name, const auto& text) { choice.environment = parsed(parse_environment, name, text); });
     options.value(
         "--sky", "ELEVATION,AZIMUTH[,TURBIDITY[,ALBEDO[,ALTITUDE]]]",
-        "clear sky in nits with its sun: degrees above the horizon, from -18 to 90; degrees clockwise from north (-Z); "
-        "haze from 1 to 10 (default 3); albedo of the ground, 0 to 1 (0.2); metres above the sea, 0 to 10000 (0)",
+        "clear sky with its sun, in nits. ELEVATION: sun above the horizon, degrees from -18 to 90. AZIMUTH: sun "
+        "clockwise from north (-Z), degrees. TURBIDITY: haze from 1 to 10 (default 3). ALBEDO: that of the ground, 0 "
+        "to 1 (default 0.2). ALTITUDE: metres above the sea, 0 to 10000 (default 0)",
         [&](const auto& name, const auto& text) { choice.environment = parsed(parse_clear_sky, name, text); });
     options.flag(
         "--no-lamps", [&] { choice.lamps = false; },
-        "adds no lamps to closed rooms of which cameras see little by the scene's light and the environment");
+        "adds no lamps to closed rooms that are dark by the light of the scene and the environment");
     options.value("--env-rotation", "DEGREES", "turns the environment to the right, seen from inside (default 0)",
                   [&](const auto& name, const auto& text) {
                       choice.edits.environment_rotation = real(name, text, kEditRotation.lower, kEditRotation.upper);
@@ -254,25 +255,26 @@ void add_device_options(Options& options, ViewArguments& a) {
 }
 
 void add_threads_option(Options& options) {
-    options.value("--threads", "N",
-                  "most threads for shaders of a software driver, tracing and building (default: all processors; "
-                  "LP_NUM_THREADS limits the driver alone)",
-                  [](const auto& name, const auto& text) { limit_threads(whole(name, text, 1, kMostThreads)); });
+    options.value(
+        "--threads", "N",
+        "maximum number of threads for shaders of a software driver, tracing and building (default: all processors; "
+        "LP_NUM_THREADS limits the driver alone)",
+        [](const auto& name, const auto& text) { limit_threads(whole(name, text, 1, kMostThreads)); });
 }
 
 void add_log_options(Options& options, LogChoice& choice) {
     options.value("--log-level", "LEVEL",
-                  "messages on stderr, each level with those before it; progress is shown with note and detail: error, "
-                  "warning, note, detail (default note)",
+                  "messages on stderr; each level includes those before it, and note and detail also show progress: "
+                  "error, warning, note, detail (default note)",
                   [&](const auto& name, const auto& text) {
                       const auto level = log_level_named(text);
                       if (!level) throw UsageError(name, "expects error, warning, note or detail, not '{}'", text);
                       choice.level = *level;
                   });
     options.flag(
-        "--quiet", [&] { choice.level = LogLevel::error; }, "prints errors only: --log-level error");
+        "--quiet", [&] { choice.level = LogLevel::error; }, "prints errors only, like --log-level error");
     options.flag(
-        "--verbose", [&] { choice.level = LogLevel::detail; }, "prints details: --log-level detail");
+        "--verbose", [&] { choice.level = LogLevel::detail; }, "prints details, like --log-level detail");
     options.path("--log", "FILE", "appends all messages to a file, with date and time, also those that are not printed",
                  choice.file);
     options.alternatives({"--quiet", "--verbose", "--log-level"});

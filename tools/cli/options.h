@@ -54,7 +54,7 @@ auto parsed(F f, const std::string& option, const std::string& text) {
     }
 }
 
-/// Parses the value of an option. Throws UsageError where it is malformed.
+/// Parses the value of an option. Throws UsageError if it is malformed.
 Estimator estimator(const std::string& option, const std::string& list);
 Preview preview(const std::string& option, const std::string& list);
 
@@ -94,7 +94,7 @@ class Options {
     std::string group_;
 };
 
-/// Parses a size in bytes, such as 2GiB. Throws UsageError where it is malformed.
+/// Parses a size in bytes, such as 2GiB. Throws UsageError if it is malformed.
 std::size_t size_of_text(const std::string& option, const std::string& text);
 
 void add_camera_options(Options& options, ViewArguments& arguments);
@@ -133,7 +133,7 @@ void check_sequence_options(const CLI::App& app, const RenderArguments& argument
 /// Returns the output files of all frames; the unchanged outputs without --frames.
 std::vector<std::filesystem::path> output_files(const RenderArguments& arguments);
 
-/// Copies --width and --height, where given, to arguments.width and arguments.height.
+/// Copies --width and --height, if given, to arguments.width and arguments.height.
 void take_size_options(const CLI::App& app, ViewArguments& arguments);
 /// Declares --settings of `halflight render`.
 void add_settings_option(Options& options, RenderArguments& arguments);
@@ -142,10 +142,10 @@ void use_settings(const CLI::App& app, RenderArguments& arguments);
 
 /// Declares all options of `halflight view`.
 void add_preview_options(CLI::App& app, PreviewArguments& arguments);
-/// Reads the file that settings are saved to, where it exists; options override it.
+/// Reads the file that settings are saved to, if it exists; options override it.
 void use_settings(const CLI::App& app, PreviewArguments& arguments);
 
-/// Returns whether an option was given; false where the command lacks it.
+/// Returns whether an option was given; false if the command lacks it.
 bool given(const CLI::App& app, const std::string& option);
 /// Returns the features of the arguments that are no settings.
 Occasion occasion_of(const RenderArguments& arguments);

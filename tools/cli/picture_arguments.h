@@ -47,7 +47,7 @@ struct ViewArguments {
     RenderSettings settings;
     std::optional<int> width;              // width of the picture, pixels; none: not given
     std::optional<int> height;             // height of the picture, pixels; none: not given
-    int usual_width = 1280;                // width where neither is given, pixels
+    int usual_width = 1280;                // width if neither is given, pixels
     std::vector<EditOption> edit_options;  // options that are in `choice.edits` already
 
     std::string device;
@@ -75,7 +75,7 @@ struct RenderArguments : ViewArguments {
     std::optional<std::filesystem::path> ocio;
     bool fstop_needs_focus = false;  // --fstop was given, and no output has an exposure that it could set
     bool no_shader_cache = false;
-    bool json_progress = false;  // progress as lines of JSON, also where quiet()
+    bool json_progress = false;  // progress as lines of JSON, also if quiet()
     std::optional<std::filesystem::path> stats;
     std::optional<std::filesystem::path> graph;
 };
@@ -87,7 +87,7 @@ struct PreviewArguments : ViewArguments {
     std::optional<std::filesystem::path> settings_file;  // file to load and save; none: the file beside the scene
     VersionedFile settings_version;                      // the settings file, as it was when it was read
     std::vector<Bookmark> bookmarks;                     // bookmarks of the settings file
-    /// The settings file as it was read, to be taken in parts where it does not suit the scene (settings_parts.h).
+    /// The settings file as it was read, to be taken in parts if it does not suit the scene (settings_parts.h).
     struct Source {
         std::filesystem::path path;
         std::string text;

@@ -60,11 +60,10 @@ void add_sequence_options(Options& options, RenderArguments& a) {
                       a.choice.frame_offset = static_cast<std::uint32_t>(whole(name, text, 0, 1000000000));
                   });
     add_shutter_option(options, a);
-    options.value(
-        "--shutter-times", "N",
-        "number of times in the opening time that samples share (default: each sample has its own, or fewer if "
-        "posing the scene takes long)",
-        [&](const auto& name, const auto& text) { a.shutter.times = whole(name, text, 1, kMaxSamples); });
+    options.value("--shutter-times", "N",
+                  "number of moments at which the scene is posed while the shutter is open; samples share them "
+                  "(default: one for each sample, or fewer if posing the scene takes long)",
+                  [&](const auto& name, const auto& text) { a.shutter.times = whole(name, text, 1, kMaxSamples); });
     options.value(
         "--shutter-position", "start|centre|end",
         "place of the frame's time in the opening of the shutter (default centre)",

@@ -16,7 +16,7 @@
 namespace halflight {
 namespace {
 
-/// Takes the size of the settings file. Where one side was given, the other follows from the file's aspect.
+/// Takes the size of the settings file. If one side was given, the other follows from the file's aspect.
 /// Pictures with an aspect of their own take the width only, since the viewer saves the size of its window.
 template <class Given>
 void take_size(const ivec2& size, const Given& given, bool own_aspect, ViewArguments& a) {
@@ -60,7 +60,7 @@ bool gives_way(const std::string& option, const RenderSettings& with, const Occa
            });
 }
 
-/// Takes the values of the file, except where given(option) says that an option was given.
+/// Takes the values of the file, except if given(option) says that an option was given.
 template <class A, class Given>
 void take(const SavedSettings& s, const std::filesystem::path& file, const Given& given, const Occasion& occasion,
           A& a) {

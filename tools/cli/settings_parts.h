@@ -16,7 +16,7 @@ namespace halflight {
 /// list independent edits. Settings that decide together, as those of the lens, are one entry.
 class SettingsParts {
   public:
-    /// Splits the text of the file at `path`. Throws the Error of parse_settings() where the text is no JSON, or not of
+    /// Splits the text of the file at `path`. Throws the Error of parse_settings() if the text is no JSON, or not of
     /// the version that is known.
     SettingsParts(std::string_view text, std::filesystem::path path);
 
@@ -31,7 +31,7 @@ class SettingsParts {
     SavedSettings parsed(const Json& part) const;
 
     std::filesystem::path path_;
-    Json version_;             // an empty file
+    Json version_;             // settings file that has its version alone
     std::vector<Json> parts_;  // files of one entry
 };
 

@@ -41,7 +41,7 @@ void handle_signals() {
         sigaction(signal, nullptr, &old);
         if (old.sa_handler != SIG_IGN) sigaction(signal, &action, nullptr);  // keeps signals ignored, as nohup wants
     }
-    std::signal(SIGCHLD, SIG_DFL);  // where a parent has it ignored, no child could be waited for
+    std::signal(SIGCHLD, SIG_DFL);  // if a parent has it ignored, no child could be waited for
     std::signal(SIGPIPE, SIG_IGN);  // a reader of messages that ends must not end a render
     std::signal(SIGXFSZ, SIG_IGN);  // beyond the limit of file sizes write() fails, and that is reported
 }

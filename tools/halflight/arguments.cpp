@@ -120,7 +120,7 @@ Arguments parse_arguments(int argc, const char* const* argv) {
         "the values that they have");
     info_app.add_flag("--check", info.check, "reads a page file as a whole and tests the checksums of all its parts");
     info_app.add_flag("--time", info.time,
-                      "measures, with --needs, the time that leaving out each part saves; takes minutes");
+                      "with --needs, measures the time that leaving out each part saves; takes minutes");
     info_app.add_flag("--list-settings", settings_page,
                       "prints the tables of all render settings and layers in Markdown");
     std::optional<std::filesystem::path> manual;

@@ -51,7 +51,7 @@ class ReportFolder {
 
   private:
     void remove() const {
-        for (const std::filesystem::path& folder : missing_) rmdir(folder.c_str());  // fails where it is not empty
+        for (const std::filesystem::path& folder : missing_) rmdir(folder.c_str());  // fails if it is not empty
     }
     std::filesystem::path path_;
     std::vector<std::filesystem::path> missing_;  // created folders, from path_ upwards

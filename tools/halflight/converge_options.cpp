@@ -128,8 +128,8 @@ void add_converge_options(CLI::App& app, ConvergeArguments& a) {
         [&](const auto& name, const auto& text) { a.plan.external = external(name, text); });
     options.flag(
         "--require-agreement", a.require_agreement,
-        "fails unless the external renderer's pictures agree with those of all methods: to 1 % in the mean, and to 2 % "
-        "plus a standard error in as many blocks of 16x16 pixels as noise explains");
+        "fails unless the external renderer's pictures agree with those of all methods. Means may differ by 1 %. "
+        "Blocks of 16x16 pixels may differ by 2 % plus a standard error; as many as noise explains may differ more");
     options.value("--samples,-s,--spp", "N,...", "budgets in samples per pixel (default 1,2,4,... 64)",
                   [&](const auto& name, const auto& text) {
                       a.plan.budgets = budgets(name, text, [&](const std::string& one) {
@@ -226,7 +226,7 @@ void check_converge_options(const CLI::App& app, ConvergeArguments& a) {
     check_optics_options(app, a);
     if (a.reference.maker == converge::ReferenceOrder::Maker::file)
         for (const char* option : {"--reference-samples", "--cache"})
-            if (given(app, option)) throw UsageError(option, "has no meaning where --reference is a file");
+            if (given(app, option)) throw UsageError(option, "has no meaning if --reference is a file");
 }
 
 }  // namespace halflight

@@ -106,7 +106,7 @@ void print_left_out(const Json& l) {
 /// Measures small samples with and without an item that is left out.
 class Timer {
   public:
-    /// Returns the measurement of an item; null where it cannot be kept.
+    /// Returns the measurement of an item; null if it cannot be kept.
     Json time(const Scene& scene, const std::string& item) {
         const auto stop_point = [&] {
             if (const int signal = stop_signal()) throw Interrupted(signal, scene.name, "interrupted");

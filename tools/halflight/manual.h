@@ -13,7 +13,7 @@ namespace halflight {
 struct ManualOption {
     std::vector<std::string> names;   // "--samples", "-s"; one for a positional
     std::string metavar;              // placeholder of the value; empty: a flag
-    std::string description;          // as in the help text
+    std::string description;          // its text in the help
     std::string group;                // heading in help texts
     std::vector<std::string> values;  // values that shells offer
     bool list = false;                // values may be joined by commas

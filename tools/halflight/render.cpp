@@ -37,7 +37,7 @@ void check_outputs(const RenderArguments& a) {
     if (a.graph) check_takes_text(*a.graph);
 }
 
-/// Throws Interrupted where a signal has asked to stop.
+/// Throws Interrupted if a signal has asked to stop.
 void stop_point(const std::filesystem::path& output, std::string_view when) {
     if (const int signal = stop_signal())
         throw Interrupted(signal, output.string(), fmt::format("not written: interrupted {}", when));
@@ -145,7 +145,7 @@ void render_picture(const RenderArguments& a) {
         console.note("goes on after {:g} of {} samples per pixel", earlier.samples, samples_to_render(settings, a));
 
     RenderResult result;
-    bool rendering = false;  // the pilots are through
+    bool rendering = false;  // true: the pilots have ended
     int samples_done = 0;
     try {
         ProgressDisplay display(stderr, progress_form(a.log.quiet(), a.json_progress), settings.time_limit, earlier);
@@ -169,7 +169,7 @@ void render_picture(const RenderArguments& a) {
             return true;
         });
     } catch (const Interrupted&) {
-        // Only now the samples are saved that were there when the signal came.
+        // The samples that were there when the signal came have been saved by now.
         if (rendering) stop_point(a.outputs[0], after_samples(samples_done, checkpoint, height));
         throw;
     }

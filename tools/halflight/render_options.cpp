@@ -91,7 +91,7 @@ void add_display_file_options(Options& options, RenderArguments& a) {
         });
 }
 
-/// Throws UsageError where the compression of an .exr would damage data.
+/// Throws UsageError if the compression of an .exr would damage data.
 void check_compression(const RenderArguments& a) {
     if (!is_lossy(a.output.exr.compression) || a.output.exr.parts) return;
     for (const std::string& layer : a.settings.aovs)
@@ -112,8 +112,9 @@ void add_run_options(Options& options, RenderArguments& a) {
     add_page_options(options, a);
     options.value(
         "--page-schedule", "NAME",
-        fmt::format("how pages are found that rays need (docs/page-files.md): demand, set, queries (default {})",
-                    name(paging::kDefaultPageSchedule)),
+        fmt::format(
+            "method that finds the pages that rays need (docs/page-files.md): demand, set, queries (default {})",
+            name(paging::kDefaultPageSchedule)),
         [&](const auto& option, const auto& text) {
             const auto found =
                 std::ranges::find(paging::kPageSchedules, text, [](auto s) { return std::string(name(s)); });
@@ -128,14 +129,13 @@ void add_run_options(Options& options, RenderArguments& a) {
                       a.settings.tile_bytes = size_of_text(name, text);
                       a.choice.tile_textures = true;
                   });
-    options.value("--progress", "text|json",
-                  "form of progress on stderr: a bar or lines of text, or lines of JSON, which --quiet leaves (default "
-                  "text)",
-                  [&](const auto& name, const auto& text) {
-                      if (text != "text" && text != "json")
-                          throw UsageError(name, "expects text or json, not '{}'", text);
-                      a.json_progress = text == "json";
-                  });
+    options.value(
+        "--progress", "text|json",
+        "form of progress on stderr: text is a bar or lines, json is lines of JSON, also with --quiet (default text)",
+        [&](const auto& name, const auto& text) {
+            if (text != "text" && text != "json") throw UsageError(name, "expects text or json, not '{}'", text);
+            a.json_progress = text == "json";
+        });
     options.flag("--no-shader-cache", a.no_shader_cache,
                  "neither reads nor writes compiled shaders in $XDG_CACHE_HOME/halflight/programs");
     options.path("--stats", "FILE.json",

@@ -13,10 +13,10 @@ namespace halflight {
 
 using Paths = std::vector<std::filesystem::path>;
 
-/// Throws UsageError where a file is written twice, or read and written.
+/// Throws UsageError if a file is written twice, or read and written.
 void check_files(const Paths& read, const Paths& written);
 
-/// Throws UsageError where a file that a picture writes is written twice, or read. scene_files: files that the scene
+/// Throws UsageError if a file that a picture writes is written twice, or read. scene_files: files that the scene
 /// has beside its main one, once they are known.
 void check_render_files(const RenderArguments& arguments, std::span<const VersionedFile> scene_files = {});
 

@@ -15,7 +15,7 @@ bool has_exr(const RenderArguments& arguments);
 bool wants_view(const RenderArguments& arguments);
 
 /// Loads the scene of the arguments. If it has to be converted to pages first, shows the progress, and throws
-/// Interrupted where a signal asks to stop.
+/// Interrupted if a signal asks to stop.
 LoadedScene load_scene(const RenderArguments& arguments, const Console& console);
 
 /// Returns the settings of a picture by this camera. The arguments decide size, view and statistics.
@@ -27,7 +27,7 @@ std::size_t picture_bytes(const RenderArguments& arguments);
 /// Returns the options that open the device of the arguments.
 gpu::ContextOptions device_options(const RenderArguments& arguments);
 
-/// Throws Error where the config lacks the view or the working space of the arguments. Warns of a working space whose
+/// Throws Error if the config lacks the view or the working space of the arguments. Warns of a working space whose
 /// primaries files cannot tell.
 void check_color(const ColorConfig& config, const RenderArguments& arguments, const Console& console);
 

@@ -5,7 +5,7 @@
 
 namespace halflight {
 
-/// Renders the frames of the arguments, or checks them with --check. Throws Error where frames have failed, and
+/// Renders the frames of the arguments, or checks them with --check. Throws Error if frames have failed, and
 /// Interrupted after a signal, when all frames until then are written.
 void run_sequence(const RenderArguments& arguments);
 

@@ -48,7 +48,8 @@ bool slider(const char* name, const char* setting_name, float& value, const char
 /// Returns whether a double click has begun to type into a slider since the last call, after its first click had
 /// changed the value. The first click may have made an edit whose value the double click cannot remove.
 bool wants_state_before_click();
-/// against: a row of constraints that the box would break; it is then greyed, and the tooltip says why. Null: none.
+/// Shows a box for a flag; returns whether the user has changed it. against: a constraint that the box would break. The
+/// box is then greyed, and the tooltip says why. Null: none.
 bool checkbox(const char* name, bool& value, const char* help, const Constraint* against = nullptr);
 /// Shows three numbers below each other, so that all their digits are visible. speed: change per pixel of a drag.
 bool drag(const char* name, dvec3& value, float speed, const char* help);

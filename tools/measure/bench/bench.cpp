@@ -189,7 +189,7 @@ void add_options(CLI::App& app, BenchArguments& a) {
                a.page_schedule = *std::ranges::find(paging::kPageSchedules, text,
                                                     [](auto schedule) { return std::string(name(schedule)); });
            },
-           fmt::format("how pages are found that rays need (default {})", name(a.page_schedule)))
+           fmt::format("method that finds the pages that rays need (default {})", name(a.page_schedule)))
         ->type_name("")
         ->check(one_of({"demand", "set", "queries"}))
         ->excludes(frames);

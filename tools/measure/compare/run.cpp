@@ -102,8 +102,8 @@ void add_options(CLI::App& app, CompareArguments& a) {
     value("--ppd", "N", "pixels per degree of visual angle, for FLIP (default 67)",
           [&](const std::string& text) { a.pixels_per_degree = number(text, 1); });
     value("--map", "FILE",
-          "writes error maps: all of them as .exr, or one as .png: that of FLIP, or of the first metric, of the first "
-          "layer",
+          "writes maps of the error. An .exr has all of them; a .png has that of the first layer, by FLIP if it is "
+          "measured, else by the first metric",
           [&](const std::string& text) {
               a.map = text;
               if (!is_map(text)) throw CLI::ValidationError("is an .exr or a .png, not '" + text + "'");
