@@ -33,7 +33,8 @@ uniform float most_luminance;               // highest luminance of a sample's i
 
 // Sums of all samples so far; they are updated in place.
 layout(std430) buffer EmissionSums { double emission_sums[]; };  // rgb, coverage
-OPTIONAL(HALFLIGHT_LIGHT_SAMPLES || HALFLIGHT_PATHS) layout(std430) buffer DirectSums { double direct_sums[]; };  // diffuse rgb, glossy rgb
+OPTIONAL(HALFLIGHT_LIGHT_SAMPLES || HALFLIGHT_PATHS)
+    layout(std430) buffer DirectSums { double direct_sums[]; };  // diffuse rgb, glossy rgb
 OPTIONAL(HALFLIGHT_INDIRECT) layout(std430) buffer IndirectSums { double indirect_sums[]; };  // diffuse rgb, glossy rgb
 OPTIONAL(HALFLIGHT_SQUARES) layout(std430) buffer SquareSums { double square_sums[]; };
 OPTIONAL(HALFLIGHT_FEATURES) layout(std430) buffer FeatureSums { double feature_sums[]; };  // albedo, normal

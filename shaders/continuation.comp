@@ -1,7 +1,11 @@
-// Shades one vertex of the paths in a list. Adds the light of the last vertex's light samples and the light that the
-// ray has met. Samples lights (next-event estimation). Picks the next ray, or ends the path (Russian roulette).
+// Shades one vertex of the paths in a list, and sends its shadow rays and its next ray.
 //
-// SHADING.md, Estimator, has the equations. main() is the sequence of steps; each step is a function above it.
+// main() is the sequence of steps; each step is a function above it. In the words of SHADING.md, Estimator:
+//   next-event estimation             sample_lights(); the next vertex adds its light, add_sampled_light()
+//   multiple importance sampling      event_of() of shaders/lib/next_event.glsl for light samples, add_met_light() for
+//                                     light that the ray has met: the power heuristic (Veach 1995)
+//   BSDF sampling                     scatter()
+//   Russian roulette                  survives_roulette()
 #include "shaders/shared/frame_block.h"
 #include "shaders/shared/light.h"
 #include "shaders/shared/path_state.h"
@@ -51,12 +55,13 @@ OPTIONAL(HALFLIGHT_LIGHT_SAMPLES) layout(std430) writeonly buffer ShadowRays { R
 OPTIONAL(HALFLIGHT_LIGHT_SAMPLES) layout(std430) writeonly buffer Lit { uint lit[]; };
 OPTIONAL(HALFLIGHT_LIGHT_SAMPLES) layout(std430) buffer LitHeader { ListHeader lit_header; };
 OPTIONAL(HALFLIGHT_LIGHT_SAMPLES && HALFLIGHT_SUN) layout(std430) writeonly buffer SunRays { Ray sun_rays[]; };
-OPTIONAL(HALFLIGHT_SUN && (HALFLIGHT_PENDING || HALFLIGHT_LIGHT_SAMPLES)) layout(std430) buffer SunLight { vec4 sun_light[]; };
+OPTIONAL(HALFLIGHT_SUN && (HALFLIGHT_PENDING || HALFLIGHT_LIGHT_SAMPLES))
+    layout(std430) buffer SunLight { vec4 sun_light[]; };
 OPTIONAL(!HALFLIGHT_LAST_VERTEX) layout(std430) writeonly buffer Leaving { uint leaving[]; };
 OPTIONAL(!HALFLIGHT_LAST_VERTEX) layout(std430) buffer LeavingHeader { ListHeader leaving_header; };
 OPTIONAL(HALFLIGHT_RECEIVERS) layout(std430) buffer Receivers { Receiver receivers[]; };  // origins of the rays
 OPTIONAL(HALFLIGHT_TEXTURE_LEVELS && !HALFLIGHT_LAST_VERTEX) layout(std430) buffer Cones { RayCone cones[]; };
-OPTIONAL(HALFLIGHT_VOLUME && !HALFLIGHT_LAST_VERTEX) layout(std430) buffer Media { vec4 media[]; };  // media of the rays
+OPTIONAL(HALFLIGHT_VOLUME && !HALFLIGHT_LAST_VERTEX) layout(std430) buffer Media { vec4 media[]; };
 OPTIONAL(HALFLIGHT_LIGHT_GROUPS) layout(std430) buffer GroupLight { vec4 group_light[]; };
 OPTIONAL(HALFLIGHT_REUSE) layout(std430) buffer Points { ReusePoint points[]; };
 OPTIONAL(HALFLIGHT_RADIANCE_CACHE) layout(std430) buffer Points { CachePoint cache_points[]; };
@@ -90,7 +95,7 @@ struct PathVertex {
     bool is_hit;     // the ray has met a surface, else the environment
     Ray ray;
     vec3 direction;  // direction of the ray, unit length
-    float way;       // distance from the ray's origin
+    float distance;  // from the ray's origin
     Hit hit;
     SurfacePoint at;
     vec3 geometric_normal;
@@ -105,7 +110,7 @@ PathVertex load_vertex(uint entry) {
     v.ray = path_rays[v.path];
     v.direction = normalize(v.ray.direction);
     v.hit = load_hit(v.path);
-    v.way = v.hit.t * length(v.ray.direction);
+    v.distance = v.hit.t * length(v.ray.direction);
     v.at = load_surface_point(v.path);
     v.is_hit = v.at.is_surface;
     // A miss looks up triangle 0, too, because the lanes of a register cannot diverge. The result is not used.
@@ -120,7 +125,9 @@ PathVertex load_vertex(uint entry) {
 // The path's point. Without kPoints, there is none.
 struct PathPoint {
     bool exists;
-    bool takes_rest;     // the path has left vertex 1 diffusely, so the point takes the light of the rest of the path
+    // The path has left vertex 1 diffusely: what it finds from then on reaches vertex 1 as diffuse light, so the point
+    // takes it, and each receiver of the group multiplies it by its own BSDF.
+    bool takes_rest;
     bool takes_diffuse;  // at vertex 1: diffuse light is no part of the path's own light
     bool is_known;       // at vertex 1: a cell has this light already, so that the path need not go on to find it
     vec3 light;
@@ -148,7 +155,8 @@ void add_to_group(uint path, uint first, uint group, vec3 light) {
 // --- Light that has arrived ------------------------------------------------------------------------------------------
 
 // Adds the light of one sample, given the answer to its shadow ray. own, given: light of the path and of its point.
-void add_answer(PathVertex v, uint answer, uint group, vec3 own, vec3 given, inout PathState state, inout PathPoint point) {
+void add_answer(PathVertex v, uint answer, uint group, vec3 own, vec3 given, inout PathState state,
+                inout PathPoint point) {
     own = answered_light(own, answer);
     state.indirect += own;
     if (kPoints) {
@@ -168,8 +176,8 @@ void add_sampled_light(PathVertex v, inout PathState state, inout PathPoint poin
         add_answer(v, texelFetch(occluded, int(v.path)).x, group, state.pending, point.pending, state, point);
         if (kSun) {
             group = kLightGroups > 0u ? sun_group() : 0u;
-            add_answer(v, texelFetch(sun_occluded, int(v.path)).x, group, sun_light[own_sun_light(v.path)].rgb, point.sun,
-                       state, point);
+            vec3 sun = sun_light[own_sun_light(v.path)].rgb;
+            add_answer(v, texelFetch(sun_occluded, int(v.path)).x, group, sun, point.sun, state, point);
         }
     }
     state.pending_light = 0u;
@@ -190,11 +198,13 @@ bool choose_met(PathVertex v, inout vec3 met) {
     return is_lamp;
 }
 
-// Adds the light that the ray has met, with its weight of multiple importance sampling: light samples find it, too.
+// Adds the light that the ray has met. Light samples of the last vertex could have found it, too, so it has the weight
+// of multiple importance sampling (power heuristic). state.pdf is the density of the ray's direction in the component
+// that was picked, times the probability of that component; 0: a mirror's, which light samples cannot find.
 void add_met_light(PathVertex v, inout PathState state, inout PathPoint point) {
     Receiver from = receiver_at(vec3(0.0), vec3(0.0));  // any receiver will do
     if (kReceivers) from = receivers[v.path];
-    float density = v.is_hit ? light_pdf(from, v.hit, v.direction, v.way, v.geometric_normal)
+    float density = v.is_hit ? light_pdf(from, v.hit, v.direction, v.distance, v.geometric_normal)
                              : environment_pdf(from, v.direction);
     if (kFirstHit) density *= float(HALFLIGHT_SHADOW_RAYS);  // event_of() has the same factor
     vec3 met = v.at.emission * (state.throughput * met_light_weight(state.pdf, density));
@@ -230,7 +240,7 @@ VertexCells cells_of(PathVertex v, Bsdf b, PathState state) {
     VertexCells c = VertexCells(0, 0, false);
     if (kAsksCells || kTakesCells) {
         c.finest = cache_level(distance(v.at.position, frame.camera_position.xyz));
-        c.levels = cache_levels(c.finest, v.way, state.pdf, -dot(v.geometric_normal, v.direction));
+        c.levels = cache_levels(c.finest, v.distance, state.pdf, -dot(v.geometric_normal, v.direction));
         c.usable = v.is_active && v.is_hit && state.pdf > 0.0 && c.levels > 0 && contributes(b.diffuse);
         // Cells hold the light on one side.
         if (kDiffuseTransmission) c.usable = c.usable && !contributes(b.diffuse_through);
@@ -247,7 +257,8 @@ void take_light_of_cell(PathVertex v, VertexCells c, PathPoint point, inout Path
     b.diffuse = known != kNoCacheCell ? vec3(0.0) : b.diffuse;
 }
 
-// Begins the point of vertex 1. stored: the record for cells. Cells hold the light of albedo 1, which `b` gets.
+// Begins the point of vertex 1. stored: the record for cells, not set with path reuse. Cells hold the light of albedo
+// 1, which `b` gets.
 void begin_point(PathVertex v, VertexCells c, PathState state, inout Bsdf b, inout PathPoint point,
                  out CachePoint stored) {
     if (kReuse) {  // shaders/resolve.comp has stored the point, all but its light
@@ -335,7 +346,8 @@ void send_shadow_rays(PathVertex v, LightSamples samples, PathPoint point) {
 
 // --- The next ray ----------------------------------------------------------------------------------------------------
 
-// Samples a direction of the component that was picked.
+// Samples a direction of the component that was picked; weight: f cos / pdf. It computes both components and selects,
+// because the lanes of a register take all branches anyway.
 BsdfSample sample_component(Bsdf b, bool is_diffuse, vec3 wo, vec2 xi, float choice) {
     if (!kDiffuse) return sample_glossy(b, wo, xi, choice);
     BsdfSample s = sample_diffuse(b, wo, xi, choice);
@@ -372,8 +384,8 @@ bool scatter(PathVertex v, Bsdf b, inout PathState state, PathPoint point, out B
     return goes_on;
 }
 
-// Plays Russian roulette from depth 3 on. Returns whether the path survives. The test of the depth is no variant, which
-// would take longer to compile than it saves.
+// Plays Russian roulette from depth 3 on. Returns whether the path survives. `depth` is a uniform here, because another
+// variant costs more to compile than it saves; main() leaves roulette out of the first vertex, which has a variant.
 bool survives_roulette(PathVertex v, inout PathState state) {
     float survival = min(largest(state.throughput), 0.95);
     bool survives = sample_1d(v.random, vertex_dimension(depth, kDimensionRoulette)) < survival;
@@ -388,7 +400,7 @@ void send_ray(PathVertex v, bool goes_on, Bsdf b, BsdfSample s, float pdf) {
     leaving[place] = v.path;
     bool marked = HALFLIGHT_BACKFACES != 0 && v.ray.t_min > 0.0 && pdf == 0.0;
     path_rays[v.path] = ray_from(v.at.position, v.at.offset, b.geometric_normal, s.direction, marked);
-    if (kTextureLevels) cones[v.path] = scattered_cone(cones[v.path], v.way, s.pdf);
+    if (kTextureLevels) cones[v.path] = scattered_cone(cones[v.path], v.distance, s.pdf);
     if (kVolume) media[v.path] = medium_towards(b, v.medium, s.direction);
     if (kReceivers) receivers[v.path] = receiver_at(v.at.position, b.geometric_normal);
 }

@@ -39,10 +39,13 @@ uniform bool begins;       // true: the mean is empty so far
 
 // Invocations that miss tiles of textures request them and store nothing. They go into a list, and run again when the
 // tiles are there (engine/paging/tile_pool.h).
-OPTIONAL(HALFLIGHT_TILE_REQUESTS) layout(std430) buffer TileRequests { uint requested_count; uint waiting_count; uint requested_tiles[]; };
+OPTIONAL(HALFLIGHT_TILE_REQUESTS)
+    layout(std430) buffer TileRequests { uint requested_count; uint waiting_count; uint requested_tiles[]; };
 OPTIONAL(HALFLIGHT_TILE_REQUESTS) layout(std430) buffer TileBits { uint requested_bits[]; };  // one bit per tile
-OPTIONAL(HALFLIGHT_TILE_REQUESTS) layout(std430) writeonly buffer TileWaiting { uvec2 waiting[]; };  // invocation, a tile that it misses
-OPTIONAL(HALFLIGHT_TILE_REQUESTS) layout(std430) readonly buffer TileAgain { uint invocations_again[]; };  // invocations of this run
+OPTIONAL(HALFLIGHT_TILE_REQUESTS)
+    layout(std430) writeonly buffer TileWaiting { uvec2 waiting[]; };  // invocation, a tile that it misses
+OPTIONAL(HALFLIGHT_TILE_REQUESTS)
+    layout(std430) readonly buffer TileAgain { uint invocations_again[]; };  // invocations of this run
 OPTIONAL(HALFLIGHT_STORE_RAYS) layout(std430) writeonly buffer Rays { Ray stored_rays[]; };
 OPTIONAL(HALFLIGHT_STORE_HITS) layout(std430) writeonly buffer Hits { Hit stored_hits[]; };
 OPTIONAL(HALFLIGHT_SEEN) layout(std430) buffer LightSeen { vec4 light_seen[]; };

@@ -14,7 +14,7 @@ struct NextEvent {
 
 bool contributes(vec3 radiance) { return any(notEqual(radiance, vec3(0.0))); }  // Returns true for NaN, too.
 
-// Weights a light sample. Each of `count` such samples has this weight in the sum of all techniques' samples. `before`
+// Weights a light sample by multiple importance sampling, the power heuristic. Each of `count` such samples has this weight in the sum of all techniques' samples. `before`
 // is the medium on wo's side.
 NextEvent event_of(LightSample light, vec3 position, float offset, Bsdf b, vec3 wo, vec4 before, uint count) {
     BsdfValue f = evaluate_bsdf(b, wo, light.direction);
