@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "engine/core/error.h"
+#include "engine/gpu/dead_code.h"
 #include "engine/gpu/embedded_shaders.h"
 
 namespace halflight::gpu {
@@ -221,6 +222,7 @@ ExpandedSource expand(const ShaderSource& source, const Defines& defines) {
     if (!text) throw Error(source.name, "there is no such shader file");
     ExpandedSource out;
     Expander(out).add(source.name, *text);
+    out.text = without_dead_code(out.text, defines);
     const std::string head = "#version 450 core\n" + mentioned(defines, out.text);
     out.text.insert(0, head);
     out.lines.insert(out.lines.begin(), static_cast<std::size_t>(std::ranges::count(head, '\n')), {0, 1});

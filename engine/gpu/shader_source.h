@@ -9,7 +9,7 @@
 // which drivers and the store of binaries compile once.
 //
 // A feature is a macro HALFLIGHT_X. It is 0 unless a variant defines it. Kernels name it once, as a constant, and branch
-// on that: the compiler removes the branches that a variant leaves out.
+// on that: branches and functions that a variant leaves out are removed before the driver sees them (dead_code.h).
 //
 //     const bool kVolume = HALFLIGHT_VOLUME != 0;
 //     OPTIONAL(HALFLIGHT_VOLUME) layout(std430) buffer Media { vec4 media[]; };

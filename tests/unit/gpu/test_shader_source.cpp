@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <regex>
 
 #include "engine/gpu/shader_source.h"
 #include "tests/support/error_message.h"
@@ -106,6 +107,33 @@ TEST(ShaderSource, IncludesAgainOnlyWhereAConditionMayHaveLeftOutAFile) {
     // A file that includes itself ends.
     folder.add("lib/loop.glsl", "#include \"shaders/lib/loop.glsl\"\nint loop;\n");
     EXPECT_EQ(times(expand("shaders/lib/loop.glsl").text, "int loop;"), 1u);
+}
+
+TEST(ShaderSource, LeavesOutWhatConstantsClose) {
+    const std::string text =
+        "const bool kA = HALFLIGHT_A != 0, kOther = true;\n"
+        "const bool kB = HALFLIGHT_A != 0 && (HALFLIGHT_B > 1 || HALFLIGHT_C != 0);\n"
+        "uniform float x;\n"
+        "float one() { return 1.0; }\n"
+        "float two() { return 2.0 * one(); }\n"
+        "#define CALL(f) f()\n"
+        "void main() {\n"
+        "    if (kB) one();\n"
+        "    else if (x > 0.0) two();\n"
+        "    if (!kB) { x; return; }\n"
+        "    if (x > 0.0 && HALFLIGHT_C != 0) two();\n"
+        "    one();\n"
+        "}\n";
+    const auto left = [&](const Defines& defines) {
+        const ExpandedSource out = expand({"own", text}, defines);
+        EXPECT_EQ(std::ranges::count(out.text, '\n'), std::ssize(out.lines));
+        return std::regex_replace(out.text.substr(out.text.find("uniform")), std::regex(R"(\s+)"), " ");
+    };
+    const std::string define = " #define CALL(f) f()", one = " float one() { return 1.0; }";
+    EXPECT_EQ(left({}), "uniform float x;" + one + " float two() { return 2.0 * one(); }" + define +
+                            " void main() { if (x > 0.0) two(); { x; return; } } ");
+    EXPECT_EQ(left({{"HALFLIGHT_A", "1"}, {"HALFLIGHT_B", "2u"}}),
+              "uniform float x;" + one + define + " void main() { one(); ; ; one(); } ");
 }
 
 TEST(ShaderSource, MissingFilesAreNamedWithTheirLine) {
