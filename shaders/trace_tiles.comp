@@ -51,8 +51,10 @@ EntryMask entries_met(BoxRay box, Ray ray, float t_exit) {
     EntryMask met = kNoEntries;
     MEET_16(0)
     MEET_16(16)
-    MEET_16(32)
-    MEET_16(48)
+    if (kTileEntries > 32) {
+        MEET_16(32)
+        MEET_16(48)
+    }
     return met;
 }
 
