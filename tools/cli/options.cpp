@@ -307,7 +307,7 @@ void check_combinations(const CLI::App& app, const RenderSettings& settings, con
                      : other ? other
                              : row->one.options[0],
                      "{}{}", row->text(other ? other : row->other.options[0]),
-                     (one && other) || file.empty() ? "" : fmt::format("; {} holds settings, too", file.string()));
+                     (one && other) || file.empty() ? "" : fmt::format("; {} holds the other one", file.string()));
 }
 
 void check_camera_options(const CLI::App& app, const CameraChoice& choice) {

@@ -44,9 +44,11 @@ struct Override {
     std::string_view setting;
     const char* option;
 };
-constexpr Override kOverrides[] = {{"display", "--view"},   {"view", "--display"},  {"samples", "--time"},
-                                   {"samples", "--error"},  {"exposure", "--iso"},  {"exposure", "--shutter-speed"},
-                                   {"exposure", "--fstop"}, {"aperture", "--fstop"}};
+constexpr Override kOverrides[] = {
+    {"display", "--view"},    {"view", "--display"},           {"samples", "--time"},   {"samples", "--error"},
+    {"exposure", "--iso"},    {"exposure", "--shutter-speed"}, {"exposure", "--fstop"}, {"aperture", "--fstop"},
+    {"preview", "--shutter"}, {"preview", "--checkpoint"},  // the mode filter, too, which they do not exclude
+};
 
 /// Returns whether an option of a file, --preview or --denoise, gives way: it cannot be combined with an option that
 /// was given. `with`: settings with the option of the file.
