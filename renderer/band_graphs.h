@@ -12,14 +12,14 @@
 
 namespace halflight {
 
-/// What the graphs of a picture refer to. All of it outlives them.
+/// Objects that the graphs of a picture refer to. They outlive the graphs.
 struct GraphInputs {
     gpu::ProgramCache& programs;
     const SceneBuffers& scene;
     const rays::TraceScene& trace;
     rays::Tracer* tracer;
     const RenderSettings& settings;  // all automatic choices are resolved
-    const FrameOptions& options;     // those of samples without the radiance cache
+    const FrameOptions& options;     // options of samples without the radiance cache
     gpu::Buffer& frame_constants;
     std::vector<gpu::Buffer>& seen_constants;  // constants of camera rays for directly visible light
     gpu::Buffer* bad_values;

@@ -9,7 +9,7 @@ namespace halflight {
 
 class RadianceCache;
 
-/// What the passes of a frame use of its renderer. All of it outlives the graph.
+/// Objects of the renderer that the passes of a frame use. They outlive the graph.
 struct FrameInputs {
     gpu::Buffer& bad_values;  // kBadValueCounts uints
     // Frame constants of the camera rays for directly visible light: options.camera_rays of them, or none for one ray

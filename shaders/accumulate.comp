@@ -10,7 +10,7 @@ layout(local_size_x = 64) in;
 const bool kLightSamples = HALFLIGHT_LIGHT_SAMPLES != 0;  // lights were sampled for first surfaces
 const bool kPaths = HALFLIGHT_PATHS != 0;                 // rays left first surfaces
 const bool kIndirect = HALFLIGHT_INDIRECT != 0;           // paths went on behind the second surface
-const bool kPending = HALFLIGHT_PENDING != 0;             // their last light samples have not been added yet
+const bool kPending = HALFLIGHT_PENDING != 0;             // the last light samples of paths have not been added yet
 const bool kReuse = HALFLIGHT_REUSE != 0;                 // paths received light from their groups
 const bool kSeen = HALFLIGHT_SEEN != 0;                   // the mean emission of several camera rays takes the place of one
 const bool kFeatures = HALFLIGHT_FEATURES != 0;
@@ -133,7 +133,7 @@ Components direct_light(Sample s) {
 Components indirect_light(Sample s) {
     uint lobe = s.state.lobe;
     vec3 later = vec3(0.0);
-    vec3 sampled = vec3(0.0);  // light of the last samples: of a light, of the sun
+    vec3 sampled = vec3(0.0);  // light of the last samples: of a chosen light, and of the sun
     vec3 of_sun = vec3(0.0);
     if (lobe != kLobeNone) {
         later = s.state.indirect;

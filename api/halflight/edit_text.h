@@ -18,7 +18,7 @@ namespace halflight {
 template <class Edit>
 struct EditKey {
     const char* name;     // key in texts and in settings files
-    const char* metavar;  // its value in help texts; "": the key has no value
+    const char* metavar;  // placeholder of the key's value in help texts; "": the key has no value
     const char* help;
     /// Sets the value. Throws Error about `subject` if the text is malformed or outside its range.
     void (*set)(Edit& edit, const std::string& subject, const std::string& text);

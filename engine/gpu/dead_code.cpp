@@ -26,7 +26,7 @@ Value number(std::string_view text) {
 
 struct Token {
     std::size_t begin, end;  // in the text
-    std::size_t partner;     // of a bracket: index of the one that closes it; else the token's own index
+    std::size_t partner;     // a bracket: index of the one that closes it; else the token's own index
 };
 
 /// A function or constant at global scope.

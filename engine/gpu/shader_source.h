@@ -8,17 +8,18 @@
 // ignored. Defines that a shader does not mention are left out: variants that differ in these alone have the same text,
 // which drivers and the store of binaries compile once.
 //
-// A feature is a macro HALFLIGHT_X. It is 0 unless a variant defines it. Kernels name it once, as a constant, and branch
-// on that: branches and functions that a variant leaves out are removed before the driver sees them (dead_code.h).
+// A feature is a macro HALFLIGHT_X. It is 0 unless a variant defines it. Kernels name it once, as a constant, and
+// branch on that: branches and functions that a variant leaves out are removed before the driver sees them
+// (dead_code.h).
 //
 //     const bool kVolume = HALFLIGHT_VOLUME != 0;
 //     OPTIONAL(HALFLIGHT_VOLUME) layout(std430) buffer Media { vec4 media[]; };
 //     ...
 //     if (kVolume) media[path] = medium;
 //
-// A block is active even if no code uses it. OPTIONAL declares a block under a condition of the preprocessor, and else
-// a variable of each member's name, so that code which is left out compiles; an array has one element then. Atomic
-// functions take only members of blocks, so blocks with counters have a function with #if in their place.
+// A block is active even if no code uses it. OPTIONAL declares a block under a condition of the preprocessor. Without
+// the block, variables have the names of its members, so that code which is left out compiles; arrays have one element.
+// Atomic functions take only members of blocks, so blocks with counters have a function with #if in their place.
 #pragma once
 
 #include <cstddef>

@@ -371,7 +371,7 @@ class Placing {
     const Page& page_;
     LoadedPage& to_;
     const std::uint32_t first_vertex_;
-    std::vector<Place> places_;               // nodes so far
+    std::vector<Place> places_;               // places of the nodes so far
     std::vector<std::uint32_t> pair_texels_;  // texels of the pairs so far
     std::uint32_t end_ = 0;                   // texels so far
 };

@@ -25,7 +25,7 @@ struct alignas(64) Bundle : RayConstants<BundleRow<float>> {
     using Row = BundleRow<T>;
     Row<float> world_origin[3];
     Row<std::int32_t> exit;     // bits of the end of the search; less than t_min: the ray is done
-    Row<float> t, u, v, asked;  // Search
+    Row<float> t, u, v, asked;  // members of Search (native_pairs-inl.h)
     Row<std::int32_t> triangle, instance;
     Row<float> end;  // T: parameter of the ray's end, > 0, for the shaft
     Row<std::uint32_t> path;

@@ -25,7 +25,7 @@ dvec3 of_moderate_length(const dvec3& v) {
     return {std::ldexp(v.x, -exponent), std::ldexp(v.y, -exponent), std::ldexp(v.z, -exponent)};
 }
 
-constexpr int kTurns = 90;  // positions of a turning scene that its framing looks at
+constexpr int kTurns = 90;  // number of positions of a turning scene that its framing takes into account
 
 /// Returns how far the scene reaches from a point along directions of any length: the largest dot product with each of
 /// them. Without a scene, and beyond kMost vertices, the corners of the bounds stand for it.

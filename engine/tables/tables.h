@@ -84,11 +84,11 @@ struct TraceTables {
     std::vector<MeshRange> ranges;
     std::vector<Block> blocks;
     std::vector<BlockInstance> instances;  // the identity, if any, then instances in scene order; >= 1 with triangles
-    bool alpha_tested = false;             // kernels test alpha: some triangle has kTriangleAlpha or is a pane, or kept
-    bool slivers = false;                  // kernels test triangles in double: some is_sliver()
-    bool catchers = false;                 // some triangle has kTriangleCatcher
-    bool one_sided = false;                // some triangle has kTriangleOneSided, or tests of back faces are kept
-    bool panes = false;                    // some triangle is a pane, or panes are kept; alpha_tested is then set, too
+    bool alpha_tested = false;  // kernels test alpha: a triangle has kTriangleAlpha or is a pane, or --keep asks
+    bool slivers = false;       // kernels test triangles in double: some is_sliver()
+    bool catchers = false;      // some triangle has kTriangleCatcher
+    bool one_sided = false;     // a triangle has kTriangleOneSided, or --keep asks for tests of back faces
+    bool panes = false;         // some triangle is a pane, or panes are kept; alpha_tested is then set, too
     // Set for scenes whose hierarchy is loaded in pages.
     std::optional<AbsentGeometry> absent{};
     bool keep_top_level = false;  // true: a single instance has a hierarchy over instances, too

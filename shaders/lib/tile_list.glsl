@@ -16,9 +16,9 @@ struct TileEntry {
 };
 
 // First texels of the boxes of an entry.
-const int kEntryBox = 0;                                // its word is the reference
-const int kInstanceBox = kTwoLevel ? kBoxTexels : 0;    // its word is the instance
-const int kBlockBox = kTwoLevel ? 2 * kBoxTexels : 0;   // its word is the block's head; leaves only
+const int kEntryBox = 0;                                // the word of this box is the reference
+const int kInstanceBox = kTwoLevel ? kBoxTexels : 0;    // the word of this box is the instance
+const int kBlockBox = kTwoLevel ? 2 * kBoxTexels : 0;   // the word of this box is the block's head; leaves only
 const int kNodeTexels = kTwoLevel ? kBlockBox : kEntryTexels;
 
 uint box_word(TileEntry e, const int box) { return e.texels[box].w; }

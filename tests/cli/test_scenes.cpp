@@ -150,7 +150,7 @@ struct Kind {
     std::vector<int> triangles;         // some counts; the first one is the cheapest that has all models
     double tolerance;                   // relative tolerance of the counts
     std::vector<std::string> in_parts;  // options of a scene in several parts
-    int in_all_parts;                   // its triangles
+    int in_all_parts;                   // triangles of all its parts
     std::uintmax_t part_bytes;          // limit of a part, bytes
     std::vector<std::string> cameras;
 };

@@ -120,7 +120,7 @@ int Document::texture_file(const std::string& name, const std::string& uri) {
 }
 
 int Document::texture(const std::string& name, std::string png) {
-    add_sampler();  // its place among the lists of the file
+    add_sampler();  // adds the sampler here, which decides its place in the file
     const std::uint64_t bytes = png.size();
     const int bytes_view =
         view(bytes, 0, [png = std::move(png)](CheckedFile& file) { file.write(png.data(), png.size()); });

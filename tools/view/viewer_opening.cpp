@@ -80,7 +80,7 @@ bool Viewer::finish_opening() {
             session_.open(std::move(opened));
             if (other_scene) {
                 edit_history_.start(session_.document());
-                saving_.clear();  // its file belongs to the scene before
+                saving_.clear();  // the settings that wait to be saved belong to the scene before
                 for (const auto& [path, all_layers] : std::exchange(waiting_pictures_, {}))
                     toasts_.fail(fmt::format("{} was not saved: another scene was opened", path.string()), now());
                 metered_.clear();

@@ -240,7 +240,7 @@ TEST_F(PageFiles, IndicesThatContradictThemselvesAreRefused) {
         [](Content& c) { std::swap(c.index.roots[3], c.index.roots[5]); },
         [](Content& c) { c.index.roots[3].parent = 3; },
         [](Content& c) { c.index.roots[4].parent = 1; },                              // five children
-        [](Content& c) { c.index.above[1] = 1; },                                     // its own parent
+        [](Content& c) { c.index.above[1] = 1; },                                     // a node that is its own parent
         [](Content& c) { c.index.above.push_back(0); },                               // no child
         [](Content& c) { c.index.above.push_back(0), c.index.roots[9].parent = 3; },  // a single child
         [](Content& c) { c = chain_of(129); },

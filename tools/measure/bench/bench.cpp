@@ -179,7 +179,7 @@ void add_options(CLI::App& app, BenchArguments& a) {
         ->excludes(frames);
     app.add_option_function<double>(
            "--page-pool", [&a](double mib) { a.pool_bytes = static_cast<std::size_t>(mib * 1048576); },
-           "room for pages of paged and paged-cold in MiB (default: for all pages)")
+           "room for pages of the methods paged and paged-cold, in MiB (default: for all pages)")
         ->type_name("MIB")
         ->check(CLI::PositiveNumber)
         ->excludes(frames);
