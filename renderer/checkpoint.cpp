@@ -25,7 +25,7 @@
 namespace halflight {
 namespace {
 
-constexpr std::string_view kMagic = "halflight checkpoint 2\n";
+constexpr std::string_view kMagic = "halflight checkpoint 3\n";
 constexpr std::string_view kSuffix = ".sums";
 constexpr std::uint64_t kMostHeader = 65536;  // bytes
 

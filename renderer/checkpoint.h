@@ -24,7 +24,7 @@ struct SavedBand {
     bool complete = false;                  // the band gets no further samples
     double seconds = 0;                     // time of the picture so far, earlier runs and other bands included
     std::vector<std::uint64_t> bad_values;  // BadValueSums of the picture so far
-    std::vector<std::uint64_t> plan{};      // PlanState::numbers
+    std::vector<std::uint64_t> plan{};      // place in the plan of samples
 };
 
 /// Another process has the folder of a checkpoint open.

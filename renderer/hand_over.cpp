@@ -68,6 +68,15 @@ std::vector<double> squares_of(const Part (&parts)[2], const SumBuffers& blended
 
 }  // namespace
 
+Accumulated imported(graph::Graph& graph, const SumBuffers& sums) {
+    const auto import = [&](gpu::Buffer* b) { return b ? graph.import_buffer("sums", *b) : graph::BufferHandle{}; };
+    Accumulated all;
+    all.emission = import(sums.emission), all.direct = import(sums.direct), all.indirect = import(sums.indirect);
+    all.squares = import(sums.squares), all.features = import(sums.features), all.halves = import(sums.halves);
+    all.groups = import(sums.groups), all.catchers = import(sums.catchers);
+    return all;
+}
+
 double cached_weight(int samples) {
     constexpr double kOthers = kHandedOver - kCachedSamples;
     const double x = std::clamp((samples - kCachedSamples) / kOthers, 0.0, 1.0);

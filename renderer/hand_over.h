@@ -32,7 +32,14 @@ struct SumBuffers {
     gpu::Buffer *emission = nullptr, *direct = nullptr, *indirect = nullptr, *squares = nullptr, *features = nullptr,
                 *halves = nullptr, *groups = nullptr, *catchers = nullptr;
     int first_half = 0;  // number of samples of the first half
+
+    std::array<gpu::Buffer*, 8> all() const {
+        return {emission, direct, indirect, squares, features, halves, groups, catchers};
+    }
 };
+
+/// Returns the sums as resources of a graph.
+Accumulated imported(graph::Graph& graph, const SumBuffers& sums);
 
 /// Sums of a band's first samples, whose mean is the picture.
 struct ShownSums {

@@ -8,8 +8,9 @@
 
 namespace halflight {
 
-void Renderer::State::develop(const FrameSettings& frame, const Band& where, const CompiledBand& with, int done,
-                              Film& film) {
+void Renderer::State::develop(const FrameSettings& frame, int index, int done, Film& film) {
+    const Band where = bands.at(index);
+    const CompiledBand& with = compiled(index);
     interruption_point();
     in_flight->drain();
     const auto [sums, samples, mattes, first_half] =
@@ -35,7 +36,7 @@ void Renderer::State::develop(const FrameSettings& frame, const Band& where, con
         // The pages of residency are those of the samples, so the debug layers come first.
         SampleView centres = sample_view(frame, where, 0, SamplePoints::sobol);
         centres.jitter = vec2(0.5f);
-        pose(frame, std::nullopt);
+        set_pose(frame, std::nullopt);
         upload_constants(frame, centres);
         if (debug) {
             executor.run(with.graphs.debug_data);
@@ -45,28 +46,17 @@ void Renderer::State::develop(const FrameSettings& frame, const Band& where, con
     }
 
     graph::Graph graph;
-    const auto import = [&](gpu::Buffer* b) { return b ? graph.import_buffer("sums", *b) : graph::BufferHandle{}; };
-    Accumulated imported;
-    imported.emission = import(sums.emission);
-    imported.direct = import(sums.direct);
-    imported.indirect = import(sums.indirect);
-    imported.catchers = import(sums.catchers);
-    const Composite composite = add_composite(graph, band, imported, samples, opaque_background,
+    const Accumulated all_sums = imported(graph, sums);
+    const Composite composite = add_composite(graph, bands.first, all_sums, samples, opaque_background,
                                               view_kernel ? &*view_kernel : nullptr, settings.transparent);
     graph.output(composite.beauty);
     if (composite.view) graph.output(composite.view);
     if (preview) {
-        imported.features = import(sums.features);
-        imported.halves = import(sums.halves);
         const graph::BufferHandle records =
             reprojects ? graph.import_buffer("aov records", executor.buffer(with.graphs.aov)) : graph::BufferHandle{};
-        preview->add_band(graph, where, imported, records, composite.beauty, {double(samples), first_half});
+        preview->add_band(graph, where, all_sums, records, composite.beauty, {double(samples), first_half});
     }
-    if (denoiser) {
-        imported.features = import(sums.features);
-        imported.halves = import(sums.halves);
-        denoiser->add_band(graph, where, imported, composite.beauty, {samples, sums.first_half});
-    }
+    if (denoiser) denoiser->add_band(graph, where, all_sums, composite.beauty, {samples, sums.first_half});
     composer.run(graph::compile(graph));
     film.add_pictures(where, composer.texture(composite.beauty).read_float(),
                       composite.view ? composer.texture(composite.view).read_float() : std::vector<float>{});
@@ -94,11 +84,6 @@ void Renderer::State::apply_to_picture(const FrameSettings& frame, std::span<con
     if (preview && least > 0) preview->apply(frame, scene.tables(), least, film);
 }
 
-void Renderer::State::develop(const FrameSettings& frame, std::span<const int> samples, Film& film) {
-    for (int b = 0; b < bands; ++b)
-        if (samples[std::size_t(b)] > 0) develop(frame, band_at(b), compiled(b), samples[std::size_t(b)], film);
-}
-
 void Renderer::State::finish(RenderResult& result, Film& film, const FrameSettings& frame, std::span<const int> samples,
                              const Stopwatch& watch, double compiled_before) {
     const CompiledBand& first = compiled(0);
@@ -106,11 +91,11 @@ void Renderer::State::finish(RenderResult& result, Film& film, const FrameSettin
         if (film.wants({layer.aov->source}))
             result.attributes.merge(cryptomatte_attributes(layer.aov->prefix, layer.names));
     const PixelWindow wanted = data_window(asked);
-    film.take(result, wanted.first - band.origin, wanted.size());
+    film.take(result, wanted.first - bands.first.origin, wanted.size());
     RenderStats& stats = result.stats;
     stats.samples = *std::ranges::min_element(samples);
-    for (int b = 0; b < bands; ++b)
-        stats.paths += std::uint64_t(std::min(band.rows, settings.height - b * band.rows)) *
+    for (int b = 0; b < bands.count; ++b)
+        stats.paths += std::uint64_t(std::min(bands.first.rows, settings.height - b * bands.first.rows)) *
                        std::uint64_t(settings.width) * std::uint64_t(samples[std::size_t(b)]);
     stats.compile_seconds = scene.programs().seconds() - compiled_before;
     stats.render_seconds = watch.seconds() - stats.compile_seconds;
@@ -124,18 +109,15 @@ void Renderer::State::finish(RenderResult& result, Film& film, const FrameSettin
     if (options.lens) stats.lens = frame.camera.lens;
     if (cache && settings.measure) stats.radiance_cache = cache->statistics();
     const std::size_t pictures =
-        (view_kernel ? 2 : 1) * sizeof(vec4) * std::size_t(band.image.x) * std::size_t(band.rows);
+        (view_kernel ? 2 : 1) * sizeof(vec4) * std::size_t(bands.first.image.x) * std::size_t(bands.first.rows);
     stats.gpu_bytes = scene.bytes() + executor.history().bytes() + pictures + (cache ? cache->bytes() : 0) +
                       first.graphs.transient_bytes();
     const TraceTables& tables = scene.tables();
     stats.left_out = left_out(scene.buffers().needs(), cache ? cached_options(options) : options,
-                              {tables.vertex_count(), tables.triangles.size(), band.paths(),
+                              {tables.vertex_count(), tables.triangles.size(), bands.first.paths(),
                                std::size_t(settings.width) * std::size_t(settings.height)});
     for (const graph::PassTime& t : executor.times()) stats.passes.push_back({t.name, t.count, t.seconds});
-    stats.batches = tracer->statistics();
-    stats.tracing_note = tracer->note();
-    if (const auto* raster = dynamic_cast<const rays::RasterCulling*>(server)) stats.raster = raster->batches();
-    if (page_server) stats.paging = {page_server->statistics(), page_rows->rows(), page_rows->seconds()};
+    servers.fill_stats(stats);
     if (const paging::TilePool* tiles = scene.buffers().tiles()) stats.textures = tiles->statistics();
     stats.bad_values = in_flight->counted().by_component();
     if (preview) preview->fill_stats(stats);

@@ -97,12 +97,6 @@ bool BandReplicates::set(std::span<const std::vector<std::byte>> state) {
     return true;
 }
 
-PictureError BandReplicates::error(ErrorMetric metric, int samples) const {
-    PictureError error;
-    for (std::size_t i = 0; i < before_.size(); ++i) add_value(i, samples, metric, error);
-    return error;
-}
-
 void BandReplicates::add_error(ErrorMetric metric, std::span<const std::uint32_t> counts, PictureError& picture) const {
     const std::size_t row = std::size_t{3} * 16 * static_cast<std::size_t>(band_.image.x);  // values in a row of blocks
     for (std::size_t first = 0; first < before_.size(); first += row) {

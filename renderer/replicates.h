@@ -56,8 +56,6 @@ class BandReplicates {
     static constexpr std::size_t kArrays = 1 + kReplicates;  ///< number of arrays of state()
     /// Returns false, and changes nothing, unless the arrays have the sizes of this band.
     bool set(std::span<const std::vector<std::byte>> state);
-    /// Returns the error of the mean of all replicates, which have `samples` samples each.
-    PictureError error(ErrorMetric metric, int samples) const;
     /// Adds the error of the mean of all replicates to that of the picture. Each replicate has counts[b] samples in
     /// block b of the band's 256-path blocks. Parts are added row by row of blocks, so that the sum does not depend on
     /// bands.

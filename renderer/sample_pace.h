@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
 
 namespace halflight {
 
@@ -21,9 +22,11 @@ class SamplePace {
         const double others = samples_ == 1 ? 0 : (seconds_ - first_) / (samples_ - 1);
         return std::clamp(first_ - others, 0.0, most_overhead_);
     }
-    /// Returns whether one more sample is expected to end within `limit` seconds since the first began. At least one
+    /// Returns whether `more` samples are expected to end within `limit` seconds since the first began. At least one
     /// sample was added.
-    bool another_fits(double limit) const { return seconds_ + (seconds_ - overhead()) / samples_ <= limit; }
+    bool another_fits(double limit, std::size_t more = 1) const {
+        return seconds_ + static_cast<double>(more) * (seconds_ - overhead()) / samples_ <= limit;
+    }
 
   private:
     // Largest share of translation to compilation. It is 3 to 4 in Mesa's llvmpipe, which translates at dispatches.

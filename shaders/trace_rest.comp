@@ -1,5 +1,5 @@
 // Searches the rest of the lists of shaders/trace_tiles.comp: the entries that are no leaves, or everything again.
-#include "shaders/lib/tile_search.glsl"
+#include "shaders/tile_search.glsl"
 
 layout(local_size_x = 64) in;
 

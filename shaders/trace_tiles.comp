@@ -5,7 +5,7 @@
 // entered or not.
 //
 // HALFLIGHT_COUNT_REMEMBERED: counts RestHeader::remembered.
-#include "shaders/lib/tile_search.glsl"
+#include "shaders/tile_search.glsl"
 
 const int kGroupRays = min(kTileRays, 64);
 layout(local_size_x = kGroupRays) in;

@@ -42,7 +42,10 @@ Shader compile_stage(GLenum stage, const ShaderSource& source, const ExpandedSou
     glGetShaderInfoLog(shader.id(), log_length, &log_length, log.data());
     log.resize(static_cast<std::size_t>(log_length));
     const CompileMessage message = first_message(log, expanded);
-    throw Error(message.place, message.what.empty() ? "does not compile" : message.what);
+    // Texts declare samplers that their variant does not use, so a remark about any other error would mislead.
+    const bool of_limit = message.what.find("exceed") != std::string::npos;
+    throw Error(message.place, "{}{}", message.what.empty() ? "does not compile" : message.what,
+                of_limit ? crowded_stage(stage, expanded.text) : "");
 }
 
 GLint value_of(GLuint program, GLenum what) {

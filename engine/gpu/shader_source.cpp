@@ -66,10 +66,14 @@ class Expander {
         const std::size_t file = number_of(name);
         there_[file].push_back(branch_);
         bool continued = false;  // the line continues the one before
+        bool for_cpp = false;    // the line is C++ of a shared header, which has no conditions of its own
         for (std::size_t number = 1; !text.empty(); ++number) {
             const std::size_t end = std::min(text.find('\n'), text.size());
             const std::string_view line = text.substr(0, end);
             text.remove_prefix(std::min(end + 1, text.size()));
+            if (directive(line, "el") || directive(line, "endif")) for_cpp = false;
+            if (for_cpp) continue;
+            if (directive(line, "ifdef") == "__cplusplus") for_cpp = true;
             const std::string_view code = trimmed(line);
             const bool continues = code.ends_with('\\');
             const bool is_code = std::exchange(continued, continues) || continues;
@@ -81,13 +85,14 @@ class Expander {
             }
             if (code.starts_with(kOptional)) {
                 std::string declaration(code);
+                const std::size_t first = number;
                 for (std::size_t lines = 1; declaration.find('}') == std::string::npos && lines < 4; ++lines) {
                     const std::size_t next = std::min(text.find('\n'), text.size());
                     (declaration += ' ') += trimmed(text.substr(0, next));
                     text.remove_prefix(std::min(next + 1, text.size()));
                     ++number;
                 }
-                put_optional(declaration, {file, number});
+                put_optional(declaration, {file, first});
                 continue;
             }
             if (directive(line, "if")) branch_.push_back(++last_branch_);
@@ -101,8 +106,7 @@ class Expander {
     /// Branches of conditions around a line, outermost first. Each number stands for one branch of one condition.
     using Branch = std::vector<std::size_t>;
 
-    /// Includes of other folders ("engine/...") are under #ifdef __cplusplus; the compiler skips them or reports an
-    /// error.
+    /// Includes of other folders ("engine/...") are C++.
     static std::optional<std::string> included(std::string_view line) {
         const auto rest = directive(line, "include");
         if (!rest || !rest->starts_with('"')) return std::nullopt;

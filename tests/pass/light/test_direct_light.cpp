@@ -12,6 +12,7 @@
 #include "engine/tables/lights.h"
 #include "passes/light/first_scatter.h"
 #include "passes/light/shadow.h"
+#include "passes/surface/gbuffer.h"
 #include "shaders/shared/path_state.h"
 #include "shaders/shared/sobol.h"
 #include "shaders/shared/word.h"

@@ -7,6 +7,7 @@
 
 #include "engine/core/statistics.h"
 #include "passes/light/first_scatter.h"
+#include "passes/surface/gbuffer.h"
 #include "shaders/shared/path_state.h"
 #include "tests/pass/light/closed_forms.h"
 #include "tests/pass/light/density_check.h"

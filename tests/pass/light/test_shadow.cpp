@@ -1,5 +1,6 @@
 // Tests direct light: quadratures, occluders, and the split with rays that hit the light.
 #include "passes/light/shadow.h"
+#include "passes/surface/gbuffer.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

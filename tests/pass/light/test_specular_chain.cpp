@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "passes/picture/aov.h"
+#include "passes/surface/gbuffer.h"
 #include "renderer/frame_constants.h"
 #include "renderer/noisy_frame.h"
 #include "shaders/shared/chain_records.h"

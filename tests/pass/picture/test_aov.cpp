@@ -2,6 +2,7 @@
 #include "passes/picture/aov.h"
 
 #include "passes/light/shadow.h"
+#include "passes/surface/gbuffer.h"
 
 #include <gtest/gtest.h>
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <random>
 
+#include "passes/picture/denoiser.h"
 #include "passes/preview/preview_texels.h"
 #include "shaders/shared/preview_constants.h"
 #include "tests/pass/picture/pixels.h"

@@ -2,6 +2,8 @@
 // Tests transparent backgrounds.
 #include <gtest/gtest.h>
 
+#include <filesystem>
+
 #include "engine/core/error.h"
 #include "engine/io/gltf/gltf.h"
 #include "passes/surface/raster_window.h"
@@ -32,7 +34,7 @@ class BandsTest : public GpuTest {
 
 // Walls, ledges and bases are coplanar and abut without common vertices, so rounding decides which one is hit.
 TEST_F(BandsTest, Atrium) {
-    const Scene scene = load_gltf(std::string(HALFLIGHT_SOURCE_DIR) + "/scenes/atrium.glb");
+    const Scene scene = load_gltf(std::filesystem::path(HALFLIGHT_SOURCE_DIR) / "scenes/atrium.glb");
     RenderSettings settings = all_settings(scene, 150, 110, 2);
     settings.bounces = 2;
     for (const PrimaryVisibility primary : {PrimaryVisibility::raster, PrimaryVisibility::traced}) {
