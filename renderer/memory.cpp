@@ -103,7 +103,7 @@ struct DeclaredBand {
     }
     /// Returns the bytes of the sums of samples, and of cached and other sums together (HandOver).
     std::size_t sum_bytes() const {
-        const std::size_t sums = graphs.carried_bytes() - state_bytes();
+        const std::size_t carried = graphs.carried_bytes(), sums = carried - std::min(carried, state_bytes());
         return graphs.cached ? sums + sums / 2 : sums;
     }
     /// Returns the bytes of the results that are read for layers and the error.

@@ -5,8 +5,8 @@
 #include <optional>
 #include <span>
 
-#include "engine/scene/scene.h"
 #include "engine/scene/motion.h"
+#include "engine/scene/scene.h"
 
 namespace halflight {
 

@@ -6,7 +6,6 @@
 
 #include "engine/core/error.h"
 #include "engine/settings/data_window.h"
-
 #include "renderer/focus.h"
 #include "renderer/render_state.h"
 #include "renderer/sampling.h"
@@ -106,6 +105,10 @@ RenderResult Renderer::render(const FrameSettings& wanted, const PictureInputs& 
     follow_camera(wanted.camera);
     State& s = state();
     s.inputs = inputs;
+    struct Release {
+        PictureInputs& inputs;
+        ~Release() { inputs = {}; }
+    } const release{s.inputs};
     s.pose.at.reset();
     FrameSettings frame = wanted;
     if (Focus& focus = frame.camera.lens.focus; s.options.lens && focus.kind == Focus::Kind::point)
@@ -160,6 +163,7 @@ RenderResult Renderer::render(const FrameSettings& wanted, const PictureInputs& 
         if (!film) film.emplace(s.settings, s.scene.tables(), s.pages(), frame.stays_noisy ? none : s.settings.aovs);
         s.develop(frame, band, done[std::size_t(band)], *film);
     });
+    assert(film);  // the first band has a sample, whatever stops the picture
     take(*film, result);
     s.hierarchies_reported = true;
     if (frame.error && !stats.interrupted) {

@@ -98,11 +98,13 @@ bool BandReplicates::set(std::span<const std::vector<std::byte>> state) {
 }
 
 void BandReplicates::add_error(ErrorMetric metric, std::span<const std::uint32_t> counts, PictureError& picture) const {
-    const std::size_t row = std::size_t{3} * 16 * static_cast<std::size_t>(band_.image.x);  // values in a row of blocks
+    const bool same = counts.size() == 1;
+    const std::size_t row =  // values in a row of blocks, or all
+        same ? before_.size() : std::size_t{3} * 16 * static_cast<std::size_t>(band_.image.x);
     for (std::size_t first = 0; first < before_.size(); first += row) {
         PictureError error;
         for (std::size_t i = first; i < std::min(first + row, before_.size()); ++i)
-            add_value(i, counts[path_of(i) / 256], metric, error);
+            add_value(i, counts[same ? 0 : path_of(i) / 256], metric, error);
         picture.add(error);
     }
 }

@@ -57,8 +57,8 @@ class BandReplicates {
     /// Returns false, and changes nothing, unless the arrays have the sizes of this band.
     bool set(std::span<const std::vector<std::byte>> state);
     /// Adds the error of the mean of all replicates to that of the picture. Each replicate has counts[b] samples in
-    /// block b of the band's 256-path blocks. Parts are added row by row of blocks, so that the sum does not depend on
-    /// bands.
+    /// block b of the band's 256-path blocks, and then parts are added row by row of blocks, so that the sum does not
+    /// depend on bands; or counts has one element, the number of all blocks.
     void add_error(ErrorMetric metric, std::span<const std::uint32_t> counts, PictureError& picture) const;
 
   private:

@@ -19,12 +19,13 @@ class SamplePace {
     /// Returns the seconds of the first sample that compiling may have taken: those above the mean of the other
     /// samples. These are all of them while there are no others.
     double overhead() const {
-        const double others = samples_ == 1 ? 0 : (seconds_ - first_) / (samples_ - 1);
+        const double others = samples_ < 2 ? 0 : (seconds_ - first_) / (samples_ - 1);
         return std::clamp(first_ - others, 0.0, most_overhead_);
     }
-    /// Returns whether `more` samples are expected to end within `limit` seconds since the first began. At least one
-    /// sample was added.
+    /// Returns whether `more` samples are expected to end within `limit` seconds since the first began. The first one
+    /// always fits: without it, nothing is known.
     bool another_fits(double limit, std::size_t more = 1) const {
+        if (samples_ == 0) return true;
         return seconds_ + static_cast<double>(more) * (seconds_ - overhead()) / samples_ <= limit;
     }
 

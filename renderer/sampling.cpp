@@ -24,6 +24,7 @@ void Renderer::State::Sampling::run(const std::function<void(int band)>& rendere
         // A picture that ends in the pilot gets one sample, and there is no plan to go on with.
         plan_ = {.samples = frame_.samples, .most = frame_.samples, .first_look = frame_.samples};
         checkpoint_ = nullptr;
+        stopped_ = false;  // until that sample is there
     }
     const int size = plan_.together ? s_.bands.count : 1;
     for (first_band_ = 0; first_band_ < s_.bands.count && (first_band_ == 0 || !stopped_); first_band_ += size) {
@@ -148,8 +149,7 @@ int Renderer::State::Sampling::next_look(std::span<const BandSamples> group, int
         const ErrorTarget& target = *frame_.error;
         group_error_ = PictureError();
         for (const BandSamples& band : group) {
-            const Counts counts =
-                plan_.least > 0 ? counts_of(band, counts_) : Counts(band.where.paths() / 256, std::uint32_t(look.each));
+            const Counts counts = plan_.least > 0 ? counts_of(band, counts_) : Counts(1, std::uint32_t(look.each));
             band.replicates->add_error(target.metric, counts, group_error_);
         }
         const ErrorEstimate estimate = group_error_.judge(target.error, chances);

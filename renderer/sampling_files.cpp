@@ -47,7 +47,7 @@ void Renderer::State::Sampling::save(const BandSamples& band) const {
          .rows = band.where.rows,
          .samples = done,
          .first_half = band.with->sums.first_half,
-         .complete = l.ends,
+         .complete = l.ends || (plan_.sequences == 1 && plan_.least == 0 && done >= plan_.samples),
          .bad_values = {bad_values.begin(), bad_values.end()},
          .plan = {number(l.each), number(l.next), number(l.sequence), number(l.taken), l.runs, number(l.chances)}},
         buffers.size() + layers.size() + of_plan.size(), array);
@@ -82,6 +82,12 @@ void Renderer::State::Sampling::restore(BandSamples& band) {
     with.sums.first_half = saved->first_half;
     const auto number = [&](std::size_t i) { return static_cast<int>(saved->plan[i]); };
     band.look = {number(0), number(1), number(2), number(3), saved->plan[4], number(5), saved->complete};
+    const Look& look = band.look;
+    if (look.each < 0 || look.next < look.each || look.taken < 0 || look.sequence < 0 ||
+        look.sequence >= plan_.sequences)
+        throw Error(from.folder().string(), "its plan of samples does not fit the picture");
+    // The run that saved it may have had no time limit, and then none of its looks ends early.
+    if (plan_.one_by_one) band.look.next = std::min(look.next, look.each + look.taken + 1);
     band.restored = saved->complete;
     done_[std::size_t(band.index)] = saved->samples;
     if (band.replicates && !band.replicates->set(of_plan))

@@ -165,18 +165,20 @@ Components indirect_light(Sample s) {
         sum.diffuse *= kept;
         sum.glossy *= kept;
     }
-    for (uint g = 0u; g < kLightGroups; ++g) {
-        vec3 own = vec3(0.0);
-        if (lobe != kLobeNone) own = texelFetch(group_light, int(s.path * kGroupRows + kOwnGroups + g)).rgb;
-        own += g == s.groups.y ? sampled : vec3(0.0);
-        if (kSun) own += g == sun_group() ? of_sun : vec3(0.0);
-        dvec3 part = part_of(own, all_later);
-        if (kReuse) {
-            int from = 2 * int(s.path + (1u + g) * gl_NumWorkGroups.x * 64u);
-            part += part_of(texelFetch(received, from).rgb, from_group_diffuse);
-            part += part_of(texelFetch(received, from + 1).rgb, from_group_glossy);
+    if (kLightGroups > 0u) {  // drivers may keep samplers of a loop without steps
+        for (uint g = 0u; g < kLightGroups; ++g) {
+            vec3 own = vec3(0.0);
+            if (lobe != kLobeNone) own = texelFetch(group_light, int(s.path * kGroupRows + kOwnGroups + g)).rgb;
+            own += g == s.groups.y ? sampled : vec3(0.0);
+            if (kSun) own += g == sun_group() ? of_sun : vec3(0.0);
+            dvec3 part = part_of(own, all_later);
+            if (kReuse) {
+                int from = 2 * int(s.path + (1u + g) * gl_NumWorkGroups.x * 64u);
+                part += part_of(texelFetch(received, from).rgb, from_group_diffuse);
+                part += part_of(texelFetch(received, from + 1).rgb, from_group_glossy);
+            }
+            add_to_group(s.to, g, kept * part);
         }
-        add_to_group(s.to, g, kept * part);
     }
     return sum;
 }

@@ -75,8 +75,10 @@ void main() {
     Bsdf b = load_bsdf(path);
     uint grouping = sample_grouping(frame.seed, frame.sample_index);
     receive(path, kAllLight, density, from, b, grouping);
-    for (uint part = 1u; part <= kLightGroups; ++part) {
-        barrier();  // all invocations have read `given`
-        receive(path, part, density, from, b, grouping);
+    if (kLightGroups > 0u) {
+        for (uint part = 1u; part <= kLightGroups; ++part) {
+            barrier();  // all invocations have read `given`
+            receive(path, part, density, from, b, grouping);
+        }
     }
 }

@@ -269,8 +269,10 @@ SavedSettings parse_settings(std::string_view text, const fs::path& path) {
         if (setting.saved) with(file, setting.name, [&](const Element& v) { read_setting(v, setting, s); });
     RenderSettings whole = s.settings;
     whole.preview.temporal = false;  // single pictures leave it out
-    if (const Constraint* const row = broken_constraint(whole))
-        file.find(row->one.options[0] + 2)->fail("{}", row->text());
+    if (const Constraint* const row = broken_constraint(whole)) {
+        const char* const option = row->one.options[0];
+        (option ? file.find(option + 2) : std::nullopt).value_or(file).fail("{}", row->text());
+    }
     with(file, "size", [&](const Element& v) { s.size = read_size(v); });
     with(file, "variant", [&](const Element& v) { s.variant = v.text(); });
     with(file, "line_width", [&](const Element& v) { s.line_width = v.number(kLineWidth); });

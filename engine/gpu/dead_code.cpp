@@ -179,8 +179,15 @@ class Source {
         return true;
     }
 
-    // Expressions: `at` is the first token, and then the one behind them.
+    // Expressions: `at` is the first token, and then the one behind them. Those with operators that are not read here
+    // are not known.
     Value disjunction(std::size_t& at) {
+        for (std::size_t end = at; end < tokens_.size() && word(end) != ")" && word(end) != ";";
+             end = tokens_[end].partner + 1)
+            if (word(end) == "?" || word(end) == "," || word(end) == "^" || word(end) == "|") {
+                while (at < tokens_.size() && word(at) != ")" && word(at) != ";") at = tokens_[at].partner + 1;
+                return {};
+            }
         Value any = conjunction(at);
         while (word(at) == "||") {
             const Value next = conjunction(++at);
@@ -238,7 +245,7 @@ class Source {
     /// Returns the token behind the statement at a token.
     std::size_t statement_end(std::size_t at) const {
         if (word(at) == "{") return tokens_[at].partner + 1;
-        if (word(at) == "if" || word(at) == "for" || word(at) == "while") {
+        if (word(at) == "if" || word(at) == "for" || word(at) == "while" || word(at) == "switch") {
             const std::size_t end = statement_end(tokens_[at + 1].partner + 1);
             return word(at) == "if" && word(end) == "else" ? statement_end(end + 1) : end;
         }
@@ -260,6 +267,7 @@ class Source {
         for (std::size_t at = begin; at < end; ++at) {
             while (!blocks.empty() && blocks.back() <= at) blocks.pop_back();
             if (word(at) == "{") blocks.push_back(tokens_[at].partner);
+            if (word(at) == "switch") at = statement_end(at) - 1;  // a return ends a case, not the block
             if (word(at) != "if" || !keeps_[tokens_[at].begin]) continue;
             std::size_t inner = at + 2;
             const std::size_t close = tokens_[at + 1].partner;

@@ -34,19 +34,22 @@ constexpr Feature denoise_error{
     "an error of the denoised picture", {"--denoise-error"}, [](S s, O) { return s.denoise_error > 0; }};
 constexpr Feature denoise_frames{
     "denoising over frames", {"--denoise-frames"}, [](S s, O) { return neighbour_frames(s) > 0; }};
+constexpr Feature asked_frames{
+    "denoising over frames", {"--denoise-frames"}, [](S s, O o) { return o.asked && neighbour_frames(s) > 0; }};
 constexpr Feature error{"an error target", {"--error"}, [](S s, O) { return s.error.has_value(); }};
 constexpr Feature few_held_out{"an error of the denoised picture from fewer than 16 samples",
                                {"--denoise-error"},
                                [](S s, O) { return s.denoise_error > 0 && s.denoise_error < kLeastEstimatedSamples; }};
 constexpr Feature from_first{"the first sample of the picture", {}, [](S s, O) { return s.first_sample == 0; }};
 constexpr Feature in_turns{"samples of bands in turns", {}, [](S s, O) { return s.in_turns; }};
-constexpr Feature lens{"depth of field", {"--focus", "--fstop", "--aperture"}, [](S s, O) {
-                           return s.camera.lens.blurs() || s.view.camera.lens.blurs();
+// Settings of a finished picture have `camera`, which follows from the others.
+constexpr Feature lens{"depth of field", {"--focus", "--fstop", "--aperture"}, [](S s, O o) {
+                           return s.camera.lens.blurs() || (o.asked && s.view.camera.lens.blurs());
                        }};
 constexpr Feature light_groups{
     "light groups", {"--light-group"}, [](S s, O o) { return o.light_groups || has_light_groups(s); }};
-constexpr Feature optics{"another projection or two eyes", {"--projection", "--stereo"}, [](S s, O) {
-                             return s.camera.optics.traced() || s.optics.traced();
+constexpr Feature optics{"another projection or two eyes", {"--projection", "--stereo"}, [](S s, O o) {
+                             return s.camera.optics.traced() || (o.asked && s.optics.traced());
                          }};
 constexpr Feature own_checkpoint{
     "a checkpoint of a single picture", {"--checkpoint"}, [](S, O o) { return o.own_checkpoint; }};
@@ -58,8 +61,9 @@ constexpr Feature sixteen_samples{
     "at least 16 samples", {"--samples"}, [](S s, O) { return s.samples >= kLeastEstimatedSamples; }};
 constexpr Feature sobol{
     "the sampler sobol", {"--estimator"}, [](S s, O) { return s.estimator.sampler == SamplePoints::sobol; }};
-constexpr Feature stereo_views{"stereo views", {"--stereo"}, [](S s, O) {
-                                   return s.camera.optics.stereo == Stereo::views || s.optics.stereo == Stereo::views;
+constexpr Feature stereo_views{"stereo views", {"--stereo"}, [](S s, O o) {
+                                   return s.camera.optics.stereo == Stereo::views ||
+                                          (o.asked && s.optics.stereo == Stereo::views);
                                }};
 constexpr Feature temporal{"the preview mode temporal", {"--preview"}, [](S s, O) { return s.preview.temporal; }};
 constexpr Feature time{"a time limit", {"--time"}, [](S s, O) { return s.time_limit > 0; }};
@@ -86,7 +90,7 @@ constexpr Constraint kConstraints[] = {
     {parts, excludes, adaptive, mathematics, "the pilot samples of all parts decide the samples of each"},
     {parts, excludes, in_turns, not_built, "bands have one sum each"},
     {parts, excludes, preview, not_built, "modes need the samples in order"},
-    {parts, excludes, denoise_frames, not_built, "the frames around have no parts"},
+    {parts, excludes, asked_frames, not_built, "the frames around have no parts"},
     {all_parts, excludes, checkpoint, not_built, "a checkpoint holds the sums of one part"},
     {window, excludes, preview, not_built, "the filter of previews needs the whole picture"},
     {window, excludes, denoise_frames, not_built, "the frames around are rendered whole"},

@@ -23,6 +23,7 @@ struct Occasion {
     bool part_of_sequence = false;  // some frames of a sequence are rendered in this run
     bool light_groups = false;      // layers of light groups that the settings do not list yet
     bool catchers = false;          // the scene has shadow catchers
+    bool asked = false;             // settings are those that options ask for, without defaults of sequences
     bool finished = false;          // the picture is finished, and not a stage of one that a viewer refines
 };
 /// A feature that settings, or the occasion of a picture, can switch on.

@@ -14,7 +14,7 @@ for file in engine/core/a.cpp engine/core/a.h shaders/lib/b.glsl shaders/c.comp 
     echo "// $file" >$file
 done
 hash() {
-    "$cmake" "-DROOT=$PWD" "-DOUTPUT=$folder/hash.cpp" "-DBUILD=$build" -P "$source/api/source_hash.cmake"
+    "$cmake" "-DROOT=$PWD" "-DOUTPUT=$folder/hash.cpp" "-DBUILD=$build" -P "$source/api/sequence/source_hash.cmake"
     sed -n 's/.*return "\([0-9a-f]\{16\}\)".*/\1/p' "$folder/hash.cpp"
 }
 build="a library 1.0"

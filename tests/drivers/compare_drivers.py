@@ -30,7 +30,7 @@ def render(program, scene, method, output, environment):
 
 def main():
     checkout, program = pathlib.Path(sys.argv[1]).resolve(), sys.argv[2]
-    sys.path.insert(0, str(checkout / "tools"))
+    sys.path.insert(0, str(checkout / "tools/figures"))
     import exr_layers
 
     failed = False

@@ -102,8 +102,8 @@ class Pictures(InFolder):
             self.assertEqual((self.folder / f"a.{name}").read_bytes(), (self.folder / f"b.{name}").read_bytes(), name)
 
     def test_scripts_read_the_display_window(self):
-        sys.path.insert(0, str(ROOT / "tools"))
-        self.addCleanup(sys.path.remove, str(ROOT / "tools"))
+        sys.path.insert(0, str(ROOT / "tools/figures"))
+        self.addCleanup(sys.path.remove, str(ROOT / "tools/figures"))
         import exr_layers
 
         def layers(name, *options):
@@ -436,7 +436,7 @@ class Errors(InFolder):
                                (dict(shutter=0.5, shutter_times=3), "shutter times"),
                                (dict(shutter=101), "shutter: "), (dict(shutter=1, shutter_ramp=2), "shutter ramp: "),
                                (dict(shutter=1, shutter_position="left"), "shutter position: .* 'left'"),
-                               (dict(shutter=0.5, preview="cache"), "shutter: .* cache"),
+                               (dict(shutter=0.5, preview="cache"), "cache cannot .* motion blur"),
                                (dict(samples=1, denoise=True), "two samples"),
                                (dict(aov="depth"), "did you mean 'layers'"),
                                (dict(keep="shadow,smell"), "cannot keep 'smell'")]:

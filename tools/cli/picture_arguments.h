@@ -59,6 +59,7 @@ struct RenderArguments : ViewArguments {
     bool demo = false;                                   // the scene is demo_scene()
     bool needs_surfaces = false;                         // refuses scenes without surfaces
     std::optional<std::filesystem::path> settings_file;  // settings file, whose contents are in `settings` already
+    std::vector<std::string> left_out;                   // entries of that file that options exclude
     // distinct pictures; names of sequences have placeholders; not empty without a movie
     std::vector<std::filesystem::path> outputs;
     OutputOptions output;                        // what the pictures hold

@@ -44,10 +44,13 @@ struct Override {
     std::string_view setting;
     const char* option;
 };
-constexpr Override kOverrides[] = {
-    {"display", "--view"},    {"view", "--display"},           {"samples", "--time"},   {"samples", "--error"},
-    {"exposure", "--iso"},    {"exposure", "--shutter-speed"}, {"exposure", "--fstop"}, {"aperture", "--fstop"},
-    {"preview", "--shutter"}, {"preview", "--checkpoint"},  // the mode filter, too, which they do not exclude
+constexpr Override
+    kOverrides[] =
+        {
+            {"display", "--view"},    {"view", "--display"},       {"samples", "--time"},
+            {"samples", "--error"},   {"exposure", "--iso"},       {"exposure", "--shutter-speed"},
+            {"exposure", "--fstop"},  {"aperture", "--fstop"},     {"denoise", "--preview"},
+            {"preview", "--shutter"}, {"preview", "--checkpoint"},  // the mode filter, too, which they do not exclude
 };
 
 /// Returns whether an option of a file, --preview or --denoise, gives way: it cannot be combined with an option that
@@ -166,9 +169,10 @@ void take_size_options(const CLI::App& app, ViewArguments& a) {
 void use_settings(const CLI::App& app, RenderArguments& a) {
     const auto given = [&](const std::string& option) { return halflight::given(app, option); };
     SavedSettings saved = read_settings(*a.settings_file);
+    Preview preview_of_file = saved.settings.preview;
     const bool part_of_samples = given("--part") && a.frames.empty();
     if (part_of_samples && !given("--preview")) saved.settings.preview = {};
-    if (a.frames.empty()) saved.settings.preview.temporal = false;  // a single picture has no earlier frames
+    if (a.frames.empty()) saved.settings.preview.temporal = preview_of_file.temporal = false;  // no earlier frames
     Occasion occasion = occasion_of(a);
     occasion.part_of_sequence = false;  // other parts would differ: check_combinations() refuses it
     occasion.light_groups = false;      // they end the cache alone
@@ -177,6 +181,9 @@ void use_settings(const CLI::App& app, RenderArguments& a) {
     // The viewer, which saves such files, shows no light groups.
     const bool groups = a.choice.edits.each_light || !a.choice.edits.light_groups.empty();
     if (groups && !given("--preview")) a.settings.preview.cache = false;
+    if (saved.settings.denoise && !a.settings.denoise && !given("--denoise")) a.left_out.emplace_back("denoise");
+    if (preview_of_file.any() && a.settings.preview != preview_of_file && !given("--preview"))
+        a.left_out.emplace_back(a.settings.preview.any() ? "a mode of preview" : "preview");
 }
 
 void use_settings(const CLI::App& app, PreviewArguments& a) {

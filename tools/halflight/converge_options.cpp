@@ -203,7 +203,8 @@ void check_converge_options(const CLI::App& app, ConvergeArguments& a) {
         RenderSettings modes;
         modes.denoise = true;
         for (const Preview& preview : a.previews) modes.preview = preview, check_combinations(app, modes, {}, "");
-        if (given(app, "--seconds")) throw UsageError("--denoise", "needs --samples, of which there are two at least");
+        if (given(app, "--seconds"))
+            throw UsageError("--denoise", "cannot be combined with --seconds: the filter takes at least two samples");
         if (app.count("--samples") == 0) std::erase_if(a.plan.budgets, [](const Budget& b) { return b.samples < 2; });
         if (a.plan.budgets.front().samples == 1) throw UsageError("--denoise", "needs at least two --samples");
     }

@@ -1,5 +1,7 @@
 #include "tools/halflight/render_parts.h"
 
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <optional>
 #include <utility>
@@ -22,6 +24,9 @@ bool wants_view(const RenderArguments& a) {
 }
 
 LoadedScene load_scene(const RenderArguments& a, const Console& console) {
+    if (!a.left_out.empty())
+        console.note("{}: left out because of other options: {}", a.settings_file->string(),
+                     fmt::join(a.left_out, ", "));
     std::optional<ProgressDisplay> display;
     Stopwatch watch;
     SceneChoice choice = a.choice;

@@ -116,6 +116,17 @@ TEST_F(CheckpointTest, StoppedPlansGoOnToTheSameBits) {
     }
 }
 
+// The time that is left belongs to the next run.
+TEST_F(CheckpointTest, PicturesWithATimeLimitGoOn) {
+    RenderSettings s = settings();
+    s.time_limit = 1000;
+    const RenderResult expected = whole(s);
+    for (const int calls : {3, 6}) EXPECT_TRUE(render(s, calls).stats.interrupted);
+    const RenderResult result = render(s);
+    expect_same(result, expected);
+    EXPECT_EQ(result.stats.samples, 7);
+}
+
 /// The hash of a file tells of damage, and not of a head that another program has written.
 TEST_F(CheckpointTest, HeadsWithImpossibleNumbersAreRefused) {
     save(*std::make_unique<Checkpoint>(path(), "cornell", 1), 0);

@@ -48,11 +48,11 @@ TEST_F(ShaderReload, ReloadsChangedShaders) {
 
     // The idle thread renders the picture anew, with twice the light.
     const std::string name = "accumulate.comp", good = read(name);
-    const std::string from = "vec3 emission = guarded(point.emission, kCountGBuffer);";
+    const std::string from = "vec3 emission = guarded(s.point.emission, kCountGBuffer);";
     const std::size_t at = good.find(from);
     ASSERT_NE(at, std::string::npos);
     const auto edited = [&](const std::string& to) { return std::string(good).replace(at, from.size(), to); };
-    write(name, edited("vec3 emission = 2.0 * guarded(point.emission, kCountGBuffer);"));
+    write(name, edited("vec3 emission = 2.0 * guarded(s.point.emission, kCountGBuffer);"));
     const auto brighter = [&] {
         const auto& last = thread.pictures.back();
         return last->divisor == 1 && last->result.stats.samples == 2 &&

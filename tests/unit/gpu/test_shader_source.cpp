@@ -136,6 +136,15 @@ TEST(ShaderSource, LeavesOutWhatConstantsClose) {
               "uniform float x;" + one + define + " void main() { one(); ; ; one(); } ");
 }
 
+TEST(ShaderSource, KeepsWhatItCannotJudge) {
+    const std::string body =
+        "const uint kRows = HALFLIGHT_A != 0 || HALFLIGHT_B != 0 ? 2u : 1u; const bool kA = HALFLIGHT_A != 0; "
+        "void main() { if (kRows > 1u) return; if (false ^^ kA) return; "
+        "switch (k) { case 0: if (kA) { return; } case 1: k = 2; } } ";
+    const std::string text = expand({"own", body}, {{"HALFLIGHT_A", "1"}}).text;
+    EXPECT_NE(text.find(body.substr(0, body.size() - 1)), std::string::npos) << text;
+}
+
 TEST(ShaderSource, MissingFilesAreNamedWithTheirLine) {
     EXPECT_TRUE(error_message([] { expand("shaders/nowhere.comp"); }).starts_with("shaders/nowhere.comp: "));
     const ShaderSource own("own", "\n#include \"shaders/lib/nowhere.glsl\"\n");

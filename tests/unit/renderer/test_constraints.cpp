@@ -36,7 +36,7 @@ const Broken kBroken[] = {
      [](auto& s, auto&) { s.adaptive = true, s.estimator.sampler = SamplePoints::blue_noise; }},
     {"parts of the samples", "an error target", [](auto& s, auto&) { s.parts = 2, s.error = ErrorTarget{}; }},
     {"parts of the samples", "denoising over frames",
-     [](auto& s, auto&) { s.parts = 2, s.denoise = true, s.denoise_frames = 1; }},
+     [](auto& s, auto& o) { s.parts = 2, s.denoise = o.asked = true, s.denoise_frames = 1; }},
     {"a run that renders all parts of the samples", "a checkpoint",
      [](auto& s, auto& o) { s.parts = 2, o.checkpoint = true; }},
     {"crop or overscan", "a preview mode", [](auto& s, auto&) { s.overscan = 2, s.preview.filter = true; }},
