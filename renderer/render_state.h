@@ -30,7 +30,7 @@
 
 namespace halflight {
 
-/// What a sample of a band does.
+/// Kinds of samples of a band.
 enum class SampleKind : std::uint8_t {
     plain,   // adds all pixels to the sums and the mattes
     pilot,   // leaves the mattes alone

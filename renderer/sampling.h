@@ -109,7 +109,7 @@ class Renderer::State::Sampling {
     std::vector<double> deviations_;  // of one sample, by block of the picture; for an error target
     Counts wanted_, counts_;          // samples of each sequence by block of the picture after and before the look
 
-    // Of the bands that take looks together:
+    // State of the bands that take looks together:
     int first_band_ = 0;
     int part_ = 1;      // number of the look
     double limit_ = 0;  // seconds for their samples; 0: no limit

@@ -33,14 +33,14 @@ name_release() (
     # shellcheck source=/dev/null
     . "${1:-/etc/os-release}" 2>/dev/null || true
     [[ "$ID $VERSION_ID" =~ ^debian\ (12|13)$ ]] ||
-        say "warning: this is ${PRETTY_NAME:-no Debian}; tools/package/packages.txt is for Debian 12 and 13"
+        say "warning: this is ${PRETTY_NAME:-no Debian}; tools/packages.txt is for Debian 12 and 13"
 )
 
 # install_packages [test]: installs the missing packages of packages.txt; with `test`, also those that only tests need.
 install_packages() {
     local wanted missing package until='/^#! test/,$d'
     if [ "${1:-}" = test ]; then until=; else name_release; fi
-    wanted=$(sed "$until; s/#.*//" "$root/tools/package/packages.txt")
+    wanted=$(sed "$until; s/#.*//" "$root/tools/packages.txt")
     missing=()
     for package in $wanted; do
         dpkg-query --show --showformat='${db:Status-Status}\n' "$package" 2>/dev/null | grep -qx installed ||

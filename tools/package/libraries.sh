@@ -51,7 +51,7 @@ copy_licences() {
             path=$(readlink -f "${path_of[$name]}") # without /usr, it may be known under another path
             dpkg-query --search "*/$(basename "${path%/*}")/${path##*/}" | sed -n '1s/:.*//p'
         done
-        sed -n 's/ *#.*//; /^libglfw3-dev$/d; /^libimgui-dev$/d; /^dpkg-dev$/d; /^libgtest-dev$/d; /^libexpat1-dev$/d; /-dev$/p' "$root/tools/package/packages.txt" # without those of viewer, tests and packaging
+        sed -n 's/ *#.*//; /^libglfw3-dev$/d; /^libimgui-dev$/d; /^dpkg-dev$/d; /^libgtest-dev$/d; /^libexpat1-dev$/d; /-dev$/p' "$root/tools/packages.txt" # without those of viewer, tests and packaging
     } | sort -u | while read -r package; do
         cp "/usr/share/doc/$package/copyright" "$1/$package.txt"
     done
