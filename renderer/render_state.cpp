@@ -49,6 +49,9 @@ Renderer::State::State(std::unique_ptr<PreparedScene> o, PreparedScene& s, const
     check_light_groups(settings, scene.light_groups());
     settings.kept = scene.kept();
     settings.estimator = scene.estimator();
+    // Blue noise needs a number of samples that all pixels share.
+    if (SamplePoints& points = settings.estimator.sampler; settings.adaptive && points == SamplePoints::blue_noise)
+        points = SamplePoints::sobol;
     settings.primary =
         resolved(settings.primary, scene.drawn_triangles(), ivec2(settings.width, settings.height),
                  shown_by_tracing(settings.camera.optics, settings.camera.lens.blurs(), has_overscan(asked)));

@@ -49,15 +49,16 @@ std::function<bool(Progress)> keeping_context(const std::function<bool(Progress)
 int shutter_times(const Shutter& shutter, const LoadedScene& scene, const RenderSettings& settings, int samples) {
     if (shutter.open == 0) return 1;
     if (shutter.times) return *shutter.times < samples ? *shutter.times : 0;
-    if (settings.time_limit > 0) return 0;               // any number of samples may be taken
+    // Samples of listed blocks are rendered together if they share a time.
+    constexpr int kTimesOfBlocks = 32;
+    if (settings.time_limit > 0)  // any number of samples may be taken
+        return settings.adaptive && kTimesOfBlocks < samples ? kTimesOfBlocks : 0;
     constexpr int kLeastTimes = 8, kKnownSamples = 256;  // an error target may end the picture early
     constexpr double kMost = 0.25;                       // time of all poses over that of all samples
     const double pixels = double(settings.width) * double(settings.height);
     const double share = scene.surfaces_move() ? kMost * pixels / std::max(cost_of_pose(scene.scene()), 1.0) : 1;
     const double most = settings.error ? std::min(samples, kKnownSamples) : samples;
     int times = share >= 1 ? samples : std::max(static_cast<int>(most * share), kLeastTimes);
-    // Samples of listed blocks are rendered together if they share a time.
-    constexpr int kTimesOfBlocks = 32;
     if (settings.adaptive) times = std::min(times, kTimesOfBlocks);
     return times < samples ? times : 0;
 }
@@ -174,7 +175,6 @@ struct FrameRenderer::State {
           occasion{.shutter = shutter.open > 0,
                    .checkpoint = o.checkpoint || o.frame_checkpoints,
                    .own_checkpoint = o.checkpoint.has_value(),
-                   .one_part = o.checkpoint && o.checkpoint->part > 0,
                    .finished = true} {
         if (settings.texture_lod != scene.choice().mip_levels)
             throw Error("render settings", settings.texture_lod
@@ -336,7 +336,7 @@ struct FrameRenderer::State {
         if (frame == checkpoint_frame) {
             if (checkpoint) inputs.checkpoint = &*checkpoint;
             inputs.merged = merged_in_order;
-            if (only_part > 0) own = settings_of_part(own, only_part);
+            if (only_part > 0) own = settings_of_part(own, only_part, settings.adaptive);
             if (only_part > 0) own.stays_noisy = true;
         }
         return pictures.still(frame, own, std::move(inputs), progress);

@@ -357,7 +357,7 @@ std::vector<Setting> make_table() {
                 .group = kPicture,
                 .help =
                     "gives noisy parts of the picture more samples and others fewer, without bias; --samples is then "
-                    "the mean number, at least 16, or with --error its limit",
+                    "the mean number, at least 16, or with --error or --time its limit",
                 .memory = true,
             }),
         row([](auto& s) -> auto& { return s.aovs; },

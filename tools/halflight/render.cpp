@@ -80,7 +80,7 @@ std::vector<std::filesystem::path> merged_parts(const RenderArguments& a) {
 /// Returns the samples per pixel of the picture, or of its part.
 int samples_to_render(const RenderSettings& settings, const RenderArguments& a) {
     const int part = part_of_samples(a);
-    return part > 0 ? settings_of_part(settings, part).samples : settings.samples;
+    return part > 0 ? settings_of_part(settings, part, settings.adaptive).samples : settings.samples;
 }
 
 /// Returns when a signal has ended the rendering, and what becomes of the samples. height: rows of the picture.

@@ -203,12 +203,6 @@ void check(const RenderArguments& a, const CLI::App& app) {
     }
     check_sequence_options(app, a);
     check_combinations(app, a.settings, occasion_of(a), a.settings_file.value_or(""));
-    if (a.settings.preview.temporal && a.frames.empty())
-        throw UsageError("--preview", "temporal reuses light of earlier frames and needs --frames");
-    for (const char* option : {"--denoise-frames", "--denoise-error"})
-        if (given(option) && !a.settings.denoise) throw UsageError(option, "needs --denoise");
-    if (!a.settings.denoise && std::ranges::find(a.settings.aovs, "denoiser") != a.settings.aovs.end())
-        throw UsageError("--aov", "the layer denoiser needs --denoise");
     if (a.checkpoint && a.outputs.empty())
         throw UsageError("--checkpoint", "needs files of frames: a movie without them begins anew after a stop");
     if (a.merge) {
