@@ -93,6 +93,7 @@ std::string read(const fs::path& path) {
 }  // namespace
 
 ConfigFile read_config(const fs::path& path) {
+    ocio::ClearAllCaches();  // LUTs may have changed since another config was read
     const VersionedFile file = versioned(path);
     const std::string bytes = read(path);
     if (is_lfs_pointer(bytes)) throw ocio::Exception("it is a Git LFS pointer, not the file itself");

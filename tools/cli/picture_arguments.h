@@ -77,6 +77,7 @@ struct RenderArguments : ViewArguments {
     bool fstop_needs_focus = false;  // --fstop was given, and no output has an exposure that it could set
     bool no_shader_cache = false;
     bool json_progress = false;  // progress as lines of JSON, also if quiet()
+    bool watch = false;          // renders again whenever a file of the picture changes
     std::optional<std::filesystem::path> stats;
     std::optional<std::filesystem::path> graph;
 };
@@ -100,6 +101,7 @@ struct PreviewArguments : ViewArguments {
     std::optional<double> ui_scale;                 // size of text and controls; none: that of the monitor
     double budget = 100;                            // time until the first picture of a view, ms
     std::optional<std::filesystem::path> script;
+    bool watch = false;  // loads files anew that change on disk
     std::optional<std::filesystem::path> ocio;
     bool no_shader_cache = false;
 };

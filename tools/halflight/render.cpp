@@ -21,6 +21,7 @@
 #include "tools/halflight/render_options.h"
 #include "tools/halflight/render_parts.h"
 #include "tools/halflight/sequence.h"
+#include "tools/halflight/watch.h"
 
 namespace halflight {
 namespace {
@@ -101,7 +102,8 @@ void tell_details(const RenderStats& stats, const StepTimes& times, const Consol
                    name(stats.primary), text(stats.estimator));
 }
 
-void render_picture(const RenderArguments& a) {
+/// Renders the single picture of the arguments. watched: null without --watch.
+void render_picture(const RenderArguments& a, Watched* watched) {
     Stopwatch clock;
     StepTimes times;
     const Console console(a.log.level);
@@ -113,10 +115,12 @@ void render_picture(const RenderArguments& a) {
     gpu::check_process();  // before another thread takes from the limits
     // Another thread reads the scene while this thread, which will own the context, loads the driver.
     auto reading = std::async(std::launch::async, [&] { return load_scene(a, console); });
-    const auto context = std::make_shared<gpu::Context>(gpu::Context::create(device_options(a)));
+    const auto context =
+        watched ? watched->context : std::make_shared<gpu::Context>(gpu::Context::create(device_options(a)));
     times.context = clock.lap();
     LoadedScene scene = reading.get();
     check_render_files(a, scene.files());
+    if (watched) watched->take(scene, config);
     if (a.needs_surfaces && scene.scene().instances.empty())
         throw Error(a.choice.scene.string(), "has no surfaces to show");
     PoseWarnings warnings(scene);
@@ -149,7 +153,10 @@ void render_picture(const RenderArguments& a) {
     int samples_done = 0;
     try {
         ProgressDisplay display(stderr, progress_form(a.log.quiet(), a.json_progress), settings.time_limit, earlier);
-        const Interruptible stops([&] { stop_point(a.outputs[0], "before rendering"); });
+        const Interruptible stops([&] {
+            stop_point(a.outputs[0], "before rendering");
+            if (watched && watched->files.changed()) throw FilesChanged();
+        });
         const StepWatch programs([&](const char* what, int number) {
             display.show_step(what, number);
             interruption_point();
@@ -219,15 +226,13 @@ void render_picture(const RenderArguments& a) {
     }
 }
 
-}  // namespace
-
-void run_render(const RenderArguments& a) {
-    gpu::prepare_process();
+/// Renders the pictures of all cameras.
+void render_cameras(const RenderArguments& a, Watched* watched) {
     const std::vector<RenderArguments> cameras = arguments_by_camera(a);
     std::size_t failed = 0;
     for (const RenderArguments& one : cameras) {
         try {
-            one.frames.empty() ? render_picture(one) : run_sequence(one);
+            one.frames.empty() ? render_picture(one, watched) : run_sequence(one, watched);
         } catch (const UsageError&) {
             throw;
         } catch (const Interrupted&) {
@@ -239,6 +244,13 @@ void run_render(const RenderArguments& a) {
         }
     }
     if (failed > 0) throw Error("--camera all", "{} of {} cameras failed", failed, cameras.size());
+}
+
+}  // namespace
+
+void run_render(const RenderArguments& a, const std::function<RenderArguments()>& reread) {
+    gpu::prepare_process();
+    a.watch ? render_and_watch(a, reread, render_cameras) : render_cameras(a, nullptr);
 }
 
 }  // namespace halflight

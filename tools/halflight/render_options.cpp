@@ -136,6 +136,9 @@ void add_run_options(Options& options, RenderArguments& a) {
             if (text != "text" && text != "json") throw UsageError(name, "expects text or json, not '{}'", text);
             a.json_progress = text == "json";
         });
+    options.flag("--watch", a.watch,
+                 "renders again whenever a file of the picture changes: scene, buffer, image, environment, settings or "
+                 "colour config. Ctrl+C ends the program");
     options.flag("--no-shader-cache", a.no_shader_cache,
                  "neither reads nor writes compiled shaders in $XDG_CACHE_HOME/halflight/programs");
     options.path("--stats", "FILE.json",
@@ -210,7 +213,8 @@ void check(const RenderArguments& a, const CLI::App& app) {
             throw UsageError("--sample-parts", "{}",
                              given("--sample-parts") ? "one part needs no merge; --part 1/1 renders the whole picture"
                                                      : "is missing; it is the N of --part I/N");
-        for (const char* option : {"--frames", "--turntable", "--part", "--check", "--checkpoint", "--overwrite"})
+        for (const char* option :
+             {"--frames", "--turntable", "--part", "--check", "--checkpoint", "--overwrite", "--watch"})
             if (given(option)) throw UsageError(option, "has no meaning for halflight merge");
     }
     check_render_files(a);  // includes the files that settings name
@@ -299,7 +303,7 @@ void add_render_options(CLI::App& app, RenderArguments& a) {
     for (const char* other : {"--part", "--check", "--transparent"}) options.alternatives({"--movie", other});
     for (const char* other : {"--frames", "--turntable"}) options.alternatives({other, "--frame"});
     options.alternatives({"--frames", "--dump-graph"});
-    options.alternatives({"--check", "--overwrite"});
+    for (const char* other : {"--overwrite", "--watch"}) options.alternatives({"--check", other});
 }
 
 void finish_render_options(const CLI::App& app, RenderArguments& a) {

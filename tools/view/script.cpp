@@ -93,6 +93,7 @@ constexpr std::array kForms = {
     Form{"bookmark", "t"},
     Form{"recall", "t"},
     Form{"open", "t"},
+    Form{"reload", ""},
     Form{"screenshot", "t"},
     Form{"window", "t"},
     Form{"save", ""},

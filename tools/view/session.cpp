@@ -32,6 +32,23 @@ SavedSettings Session::document() const {
     return document;
 }
 
+SavedSettings Session::document(const PreviewArguments& a) const {
+    check_edits(a.choice.edits, *scene_, *tree_, a.choice.edits_source);
+    SavedSettings other = document();
+    other.edits = a.choice.edits;
+    other.settings.view = a.settings.view;
+    other.settings.samples = a.settings.samples;
+    if (a.settings.bounces) other.settings.bounces = a.settings.bounces;
+    other.settings.preview = a.settings.preview;
+    other.settings.clamp = a.settings.clamp;
+    other.settings.backfaces = a.settings.backfaces;
+    other.settings.denoise = a.settings.denoise;
+    other.bookmarks = a.bookmarks;
+    other.variant = a.choice.variant;
+    other.environment = a.choice.environment;
+    return other;
+}
+
 std::optional<std::function<Session::Opened()>> Session::restore(const SavedSettings& document) {
     edits = document.edits;
     transform = document.settings.view;
