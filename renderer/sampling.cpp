@@ -162,7 +162,7 @@ int Renderer::State::Sampling::next_look(std::span<const BandSamples> group, int
     }
     if (look.each >= plan_.most) return look.each;
     if (plan_.parts > 1) return look.each + settings_of_part(frame_, part_ + 1).samples;
-    const int least = s_.settings.denoise ? 2 : 1;  // samples that the filter needs
+    const int least = has_halves(s_.settings) ? 2 : 1;  // samples that the filter needs
     const bool time_is_up = limit_ > 0 && look.each >= least && !pace_.another_fits(limit_, group.size());
     return look.each + (time_is_up ? 0 : 1);
 }

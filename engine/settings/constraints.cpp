@@ -29,7 +29,8 @@ constexpr Feature all_parts{"a run that renders all parts of the samples", {"--s
 constexpr Feature cache{"the preview mode cache", {"--preview"}, [](S s, O) { return s.preview.cache; }};
 constexpr Feature catchers{"shadow catchers", {"--shadow-catcher"}, [](S, O o) { return o.catchers; }};
 constexpr Feature checkpoint{"a checkpoint", {"--checkpoint"}, [](S, O o) { return o.checkpoint; }};
-constexpr Feature denoise{"denoising", {"--denoise"}, [](S s, O) { return s.denoise; }};
+constexpr Feature denoise{"denoising", {"--denoise", "--keep-noisy"}, [](S s, O) { return has_halves(s); }};
+constexpr Feature filtered{"a denoised picture", {"--denoise"}, [](S s, O) { return s.denoise; }};
 constexpr Feature denoise_error{
     "an error of the denoised picture", {"--denoise-error"}, [](S s, O) { return s.denoise_error > 0; }};
 constexpr Feature denoise_frames{
@@ -74,7 +75,7 @@ constexpr Feature window{"crop or overscan", {"--crop", "--overscan"}, [](S s, O
 constexpr Constraint kConstraints[] = {
     {denoise, excludes, preview, mathematics, "the denoiser knows the noise of unbiased samples only"},
     {denoise, needs, two_samples, mathematics, "it compares two halves of the samples"},
-    {denoise_error, needs, denoise, mathematics, "it is the error of the filtered picture"},
+    {denoise_error, needs, filtered, mathematics, "it is the error of the filtered picture"},
     {few_held_out, excludes, adaptive, mathematics, "the further pictures are sampled adaptively, too"},
     {error, excludes, preview, mathematics, "an error is known for the unbiased mean only"},
     {error, needs, sixteen_samples, mathematics, "8 replicates of two samples tell the error"},

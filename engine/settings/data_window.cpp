@@ -50,7 +50,7 @@ bool has_overscan(const PictureSettings& s) {
 
 PixelWindow rendered_window(const PictureSettings& s, const Optics& optics) {
     PixelWindow window = data_window(s);
-    if (s.denoise && has_window(s)) {
+    if (has_halves(s) && has_window(s)) {
         // There is nothing to see beyond the edges of the picture unless there is overscan.
         const ivec2 size(s.width, s.height);
         if (reaches_around(optics, s.width, window))

@@ -17,6 +17,7 @@ class Interrupted : public Error {
 void print_version();
 void write_manual(const Manual& manual);
 void run_render(const RenderArguments& arguments);
+void run_denoise(const DenoiseArguments& arguments);
 /// Renders under the limits of the arguments. Does not return if the time is up.
 void run_thumbnail(const ThumbnailArguments& arguments);
 /// Replaces the process by `halflight-view` with the same command line, so that this program needs no window system.
