@@ -53,7 +53,7 @@ struct SceneChoice {
     // Without a value the scene is at rest, at the pose of its nodes, and animations are not read.
     std::optional<std::string> animation{};
     std::optional<FrameRate> frame_rate{};  // frame rate; none: that of the scene's extras, else 24
-    std::uint32_t frame_offset = 0;         // number of the frame at 0 s
+    FrameNumber frame_offset = 0;           // number of the frame at 0 s
     std::size_t picture_bytes = 0;          // memory to leave free for pictures (renderer/memory.h), bytes
 };
 

@@ -55,8 +55,10 @@ struct PictureInfo {
     bool reproducible = false;  // omits the date
     // The following members apply to frames of sequences only.
     std::optional<FrameRate> frame_rate{};
-    std::uint32_t frame = 0;
-    std::string fingerprint{};  // digest of scene, settings and frame; render_sequence() keeps files that have it
+    FrameNumber frame = 0;
+    // Digests of scene, settings and frame, of scene-linear files and of those through the view transform;
+    // render_sequence() keeps files that have them.
+    std::string fingerprint{}, view_fingerprint{};
 };
 
 /// Returns whether the file name ends in `.extension`, in any case.
@@ -81,7 +83,8 @@ LinearSpace working_space(const ColorConfig& config, const std::string& name);
 void write_picture(const std::filesystem::path& path, const RenderResult& result, const PictureInfo& info);
 
 /// Writes a picture to several files. A file that cannot be written does not prevent the others: the Error of the first
-/// one is thrown after all, and those of others are warnings. Warns of values that half floats cannot hold.
+/// one is thrown after all, and those of others are warnings. A DiskError ends it at once. Warns of values that half
+/// floats cannot hold.
 void write_pictures(const std::vector<std::filesystem::path>& paths, const RenderResult& result,
                     const PictureInfo& info, const Log& log);
 

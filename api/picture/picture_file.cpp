@@ -6,11 +6,13 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <exception>
 #include <list>
 #include <optional>
 
 #include "api/halflight/camera.h"
 #include "api/halflight/statistics.h"
+#include "api/picture/exr_attributes.h"
 #include "api/sequence/fingerprint.h"
 #include "engine/core/error.h"
 #include "engine/core/image_tools.h"
@@ -64,34 +66,9 @@ void write_exr_picture(const std::filesystem::path& path, const RenderResult& re
     std::list<Image> images;
     const bool views = info.camera.optics.stereo == Stereo::views;
     if (views) layers = views_of(layers, images), whole.y /= 2;
-    const double aspect = static_cast<double>(whole.x) / whole.y;
-    ExrAttributes attributes;
+    ExrAttributes attributes = exr_attributes(result, info, whole);
     if (views) attributes.views = kViews;
-    attributes.display = whole;
-    attributes.origin = info.origin;
-    attributes.chromaticities = info.working_space.chromaticities;
-    attributes.world_to_camera = glm::inverse(info.camera.camera_to_world);
-    if (!info.camera.optics.traced()) attributes.world_to_clip = standard_clip(info.camera, aspect);
-    if (!info.reproducible) attributes.capture_date = capture_date_now();
-    attributes.frame_rate = info.frame_rate;
-    if (info.frame_rate) attributes.time_code = time_code(*info.frame_rate, info.frame);
-    attributes.extra = result.attributes;
-    if (!info.fingerprint.empty()) {
-        std::size_t channels = 0;
-        for (const ExrLayerView& layer : layers) channels += layer.channels.size();
-        const Image& image = layers[0].image;
-        attributes.extra[kFingerprintName] = fingerprint_of_exr(info.fingerprint, image.width, image.height, channels);
-    }
-    attributes.software = "halflight " HALFLIGHT_VERSION;
-    attributes.comments = info.comments;
-    const std::pair<const char*, const std::string&> extra[] = {
-        {"filter", info.filter},   {"lens", info.lens}, {"projection", info.projection},
-        {"shutter", info.shutter}, {"bias", info.bias}, {"error", info.error}};
-    for (const auto& [name, value] : extra)
-        if (!value.empty()) attributes.extra[name] = value;
-    if (!info.camera.name.empty()) attributes.extra["cameraLabel"] = info.camera.name;
-    attributes.numbers = info.numbers;
-    if (info.samples > 0) attributes.counts["samples"] = info.samples;
+    add_fingerprint(attributes, info.fingerprint, layers);
     write_exr_views(path, layers, attributes, info.exr);
 }
 
@@ -127,20 +104,21 @@ Image view_of(const std::filesystem::path& path, const RenderResult& result, con
 std::string png_of(const std::filesystem::path& path, const RenderResult& result, const PictureInfo& info) {
     const Image picture = view_of(path, result, info);
     PngText text;
-    if (!info.fingerprint.empty()) text = {kFingerprintName, info.fingerprint};
+    if (!info.view_fingerprint.empty()) text = {kFingerprintName, info.view_fingerprint};
     return encode_png(path.string(), picture.width, picture.height, picture.channels, quantize_8bit(picture), text);
 }
 
 std::string jpeg_of(const std::filesystem::path& path, const RenderResult& result, const PictureInfo& info) {
     const Image picture = view_of(path, result, info);
     return encode_jpeg(path.string(), picture.width, picture.height, quantize_8bit(picture), info.jpeg_quality,
-                       fingerprint_text(info.fingerprint));
+                       fingerprint_text(info.view_fingerprint));
 }
 
 std::string tiff_of(const std::filesystem::path& path, const RenderResult& result, const PictureInfo& info) {
     Image picture;
     std::optional<Chromaticities> primaries;  // the display config does not tell those of the view
-    if (holds_view(path, info.tiff)) {
+    const bool view = holds_view(path, info.tiff);
+    if (view) {
         picture = view_of(path, result, info);
     } else {
         primaries = info.working_space.chromaticities;
@@ -151,7 +129,8 @@ std::string tiff_of(const std::filesystem::path& path, const RenderResult& resul
             for (int c = 0; c < 3; ++c) picture.pixels[i + static_cast<std::size_t>(c)] = color[c];
         }
     }
-    return encode_tiff(path.string(), picture, info.tiff, fingerprint_text(info.fingerprint), primaries);
+    return encode_tiff(path.string(), picture, info.tiff,
+                       fingerprint_text(view ? info.view_fingerprint : info.fingerprint), primaries);
 }
 
 /// A format of picture files.
@@ -201,6 +180,39 @@ std::map<std::string, float> numbers_of(const FrameRenderer& renderer, const Ren
 
 }  // namespace
 
+ExrAttributes exr_attributes(const RenderResult& result, const PictureInfo& info, const ivec2& whole) {
+    ExrAttributes attributes;
+    attributes.display = whole;
+    attributes.origin = info.origin;
+    attributes.chromaticities = info.working_space.chromaticities;
+    attributes.world_to_camera = glm::inverse(info.camera.camera_to_world);
+    if (!info.camera.optics.traced())
+        attributes.world_to_clip = standard_clip(info.camera, static_cast<double>(whole.x) / whole.y);
+    if (!info.reproducible) attributes.capture_date = capture_date_now();
+    attributes.frame_rate = info.frame_rate;
+    if (info.frame_rate) attributes.time_code = time_code(*info.frame_rate, info.frame);
+    attributes.extra = result.attributes;
+    attributes.software = "halflight " HALFLIGHT_VERSION;
+    attributes.comments = info.comments;
+    const std::pair<const char*, const std::string&> extra[] = {
+        {"filter", info.filter},   {"lens", info.lens}, {"projection", info.projection},
+        {"shutter", info.shutter}, {"bias", info.bias}, {"error", info.error}};
+    for (const auto& [name, value] : extra)
+        if (!value.empty()) attributes.extra[name] = value;
+    if (!info.camera.name.empty()) attributes.extra["cameraLabel"] = info.camera.name;
+    attributes.numbers = info.numbers;
+    if (info.samples > 0) attributes.counts["samples"] = info.samples;
+    return attributes;
+}
+
+void add_fingerprint(ExrAttributes& attributes, const std::string& fingerprint, std::span<const ExrLayerView> layers) {
+    if (fingerprint.empty()) return;
+    std::size_t channels = 0;
+    for (const ExrLayerView& layer : layers) channels += layer.channels.size();
+    const Image& image = layers[0].image;
+    attributes.extra[kFingerprintName] = fingerprint_of_exr(fingerprint, image.width, image.height, channels);
+}
+
 bool has_extension(const std::filesystem::path& path, std::string_view extension) {
     const std::string own = path.extension().string();
     return own.starts_with('.') &&
@@ -244,17 +256,19 @@ void write_picture(const std::filesystem::path& path, const RenderResult& result
 
 void write_pictures(const std::vector<std::filesystem::path>& paths, const RenderResult& result,
                     const PictureInfo& info, const Log& log) {
-    std::optional<Error> first;
+    std::exception_ptr first;
     for (const auto& path : paths) {
         try {
             write_picture(path, result, info);
             if (has_extension(path, "exr")) warn_beyond_half(path, result, info, log);
+        } catch (const DiskError&) {
+            throw;
         } catch (const Error& error) {
             if (first) log.warn("{}", error.what());
-            if (!first) first = error;
+            if (!first) first = std::current_exception();
         }
     }
-    if (first) throw *first;
+    if (first) std::rethrow_exception(first);
 }
 
 PictureInfo picture_info(const FrameRenderer& renderer, const RenderResult& result, const OutputOptions& options,

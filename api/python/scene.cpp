@@ -44,7 +44,7 @@ EnvironmentChoice environment_of(const Environment3& e) {
 
 std::shared_ptr<PyScene> load(const std::filesystem::path& path, const Environment3& environment,
                               const std::optional<std::string>& sky, const std::optional<std::string>& animation,
-                              const std::optional<std::string>& fps, std::uint32_t frame_offset, bool allow_outside,
+                              const std::optional<std::string>& fps, FrameNumber frame_offset, bool allow_outside,
                               bool strict, const std::optional<std::string>& variant, bool mip_levels,
                               std::optional<double> line_width, bool lamps,
                               const std::optional<std::filesystem::path>& settings, py::object log) {

@@ -86,6 +86,12 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     CLI::App& merge_app = *app.add_subcommand("merge", "Joins the parts of a picture that `render --part` has made");
     add_render_options(merge_app, merge);
 
+    DenoiseArguments denoise;
+    CLI::App& denoise_app =
+        *app.add_subcommand("denoise", "Makes denoised pictures of noisy frames that `render --keep-noisy` has kept");
+    denoise_app.allow_extras();
+    add_denoise_options(denoise_app, denoise);
+
     PreviewArguments preview;
     CLI::App& preview_app = *app.add_subcommand("view", "Shows a scene in an interactive window");
     preview_app.allow_extras();
@@ -188,6 +194,10 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     if (merge_app.parsed()) {
         finish_render_options(merge_app, merge);
         return merge;
+    }
+    if (denoise_app.parsed()) {
+        finish_denoise_options(denoise_app, denoise);
+        return denoise;
     }
     if (thumbnail_app.parsed()) {
         finish_thumbnail_options(thumbnail_app, thumbnail);

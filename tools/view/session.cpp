@@ -352,7 +352,7 @@ SavedSettings Session::saved(const ivec2& size) const {
     if (scene_->environment.name == halflight::name(SkyPreset::neutral))
         s.light_azimuth = arguments_.choice.light_azimuth;
     s.edits = edits;
-    if (!timeline_.playing.empty() || timeline_.frame > 0)
+    if (!timeline_.playing.empty() || timeline_.frame != 0)
         s.moment = {{timeline_.animation, timeline_.frame, timeline_.rate}};
     s.bookmarks = bookmarks;
     return s;

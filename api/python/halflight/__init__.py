@@ -23,7 +23,7 @@ except ImportError as _error:
 from . import _native
 from ._native import Error
 
-__all__ = ["Error", "Picture", "Progress", "Renderer", "Scene", "devices", "layers", "limit_memory", "load",
+__all__ = ["Error", "Picture", "Progress", "Renderer", "Scene", "denoise", "devices", "layers", "limit_memory", "load",
            "render", "render_sequence", "settings"]
 
 Error.__module__ = "halflight"
@@ -424,14 +424,15 @@ def render(scene, frame=None, layers="all", progress=None, **settings):
     return Renderer(scene, layers, pictures=1, **settings).render(frame, progress)
 
 
-def render_sequence(scene, outputs, frames, layers="all", movie=None, stats=None, overwrite=False, progress=None,
-                    **settings):
+def render_sequence(scene, outputs, frames, layers="all", movie=None, stats=None, overwrite=False, develop=False,
+                    progress=None, **settings):
     """Renders frames to numbered files, as ``halflight render --frames`` does. Existing frames are kept.
 
       outputs   one or more paths, such as .exr or .png, with a placeholder for the number: "shot.####.exr", "shot.%04d.png"
       frames    frame numbers, or a text like "1-240x2"
       movie     path of an .mp4 or .mov of all frames; needs ffmpeg
       stats     path of a file to which a line of JSON is appended for each frame
+      develop   renders nothing: makes other pictures from the .exr of each frame
       progress  called as progress(frame, Progress); False stops the sequence
 
     Returns a dict: frames asked for, kept, made, and stopped_in, the frame in which `progress` stopped."""
@@ -443,4 +444,20 @@ def render_sequence(scene, outputs, frames, layers="all", movie=None, stats=None
     callback = None if progress is None else lambda values: progress(values[0], Progress(*values[1:]))
     return _call(_native.render_files, scene=scene._native, settings=_texts(settings, layers), options=options,
                  output=output, outputs=outputs, frames=frames, movie=movie, stats=stats, overwrite=overwrite,
-                 progress=callback, log=_log)
+                 develop=develop, progress=callback, log=_log)
+
+
+def denoise(frames, outputs=(), near=None, overwrite=False, progress=None, **settings):
+    """Makes denoised pictures of noisy frames that keep_noisy=True has kept, as ``halflight denoise`` does.
+
+      frames    one or more paths: noisy frames, NAME.noisy.exr, or pictures beside which they lie
+      outputs   one or more paths with a placeholder for the frame number; none: NAME.denoised.exr
+      near      frames before and after each frame that are used, too; None: as many as the files are made for
+      progress  called as progress(done, all) before each frame; False stops
+
+    Further arguments are those of files and of the view, such as exposure. Returns a dict: frames, kept, made."""
+    options, output = _split(settings, _options), _split(settings, _output)
+    paths = [[p] if isinstance(p, (str, _os.PathLike)) else _items(p) for p in (frames, outputs)]
+    return _call(_native.denoise_files, frames=paths[0], outputs=paths[1], near=near,
+                 settings=_texts(settings, None), options=options, output=output, overwrite=overwrite,
+                 progress=None if progress is None else lambda counts: progress(*counts), log=_log)
