@@ -124,24 +124,31 @@ Image view_of(const std::filesystem::path& path, const RenderResult& result, con
     return info.transparent ? result.view : rgb(result.view);
 }
 
+/// Returns the profile of pictures through the view transform; empty: none.
+std::string profile_of(const PictureInfo& info) {
+    return info.encoding ? icc_profile(*info.encoding) : "";
+}
+
 std::string png_of(const std::filesystem::path& path, const RenderResult& result, const PictureInfo& info) {
     const Image picture = view_of(path, result, info);
-    PngText text;
-    if (!info.fingerprint.empty()) text = {kFingerprintName, info.fingerprint};
-    return encode_png(path.string(), picture.width, picture.height, picture.channels, quantize_8bit(picture), text);
+    PngOptions options{.bits = info.png_bits, .encoding = info.encoding};
+    if (!info.fingerprint.empty()) options.text = {kFingerprintName, info.fingerprint};
+    return encode_png(path.string(), picture, options);
 }
 
 std::string jpeg_of(const std::filesystem::path& path, const RenderResult& result, const PictureInfo& info) {
     const Image picture = view_of(path, result, info);
     return encode_jpeg(path.string(), picture.width, picture.height, quantize_8bit(picture), info.jpeg_quality,
-                       fingerprint_text(info.fingerprint));
+                       fingerprint_text(info.fingerprint), profile_of(info));
 }
 
 std::string tiff_of(const std::filesystem::path& path, const RenderResult& result, const PictureInfo& info) {
     Image picture;
-    std::optional<Chromaticities> primaries;  // the display config does not tell those of the view
+    std::optional<Chromaticities> primaries;
+    std::string profile;
     if (holds_view(path, info.tiff)) {
         picture = view_of(path, result, info);
+        profile = profile_of(info);
     } else {
         primaries = info.working_space.chromaticities;
         picture = result.beauty;
@@ -151,7 +158,7 @@ std::string tiff_of(const std::filesystem::path& path, const RenderResult& resul
             for (int c = 0; c < 3; ++c) picture.pixels[i + static_cast<std::size_t>(c)] = color[c];
         }
     }
-    return encode_tiff(path.string(), picture, info.tiff, fingerprint_text(info.fingerprint), primaries);
+    return encode_tiff(path.string(), picture, info.tiff, fingerprint_text(info.fingerprint), primaries, profile);
 }
 
 /// A format of picture files.
@@ -230,6 +237,11 @@ void check_size(const std::filesystem::path& path, const ivec2& size) {
         throw Error(path.string(), "{} x {} pixels: the sides of a JPEG end at {}", size.x, size.y, kMostJpegSide);
 }
 
+int png_bits(const OutputOptions& options, const std::optional<DisplayEncoding>& encoding) {
+    if (options.png_bits > 0) return options.png_bits;
+    return encoding && encoding->is_hdr() ? 16 : 8;  // 8 bits of PQ show bands
+}
+
 LinearSpace working_space(const ColorConfig& config, const std::string& name) {
     return config.linear_space(name == "rec709" ? "" : name);
 }
@@ -260,6 +272,8 @@ void write_pictures(const std::vector<std::filesystem::path>& paths, const Rende
 PictureInfo picture_info(const FrameRenderer& renderer, const RenderResult& result, const OutputOptions& options,
                          const std::string& error) {
     const RenderSettings& settings = renderer.settings();
+    std::optional<DisplayEncoding> encoding = renderer.colors().view(settings.view).encoding();
+    if (encoding && encoding->is_srgb()) encoding.reset();
     return {.camera = settings.camera,
             .working_space = working_space(renderer.colors(), options.working_space),
             .half = settings.half_color,
@@ -269,6 +283,8 @@ PictureInfo picture_info(const FrameRenderer& renderer, const RenderResult& resu
             .exr = options.exr,
             .aov_names = options.aov_names,
             .jpeg_quality = options.jpeg_quality,
+            .png_bits = png_bits(options, encoding),
+            .encoding = encoding,
             .tiff = options.tiff,
             .numbers = numbers_of(renderer, result.stats, options),
             .samples = result.stats.samples,

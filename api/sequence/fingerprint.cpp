@@ -111,6 +111,8 @@ void add_edits(Fingerprint& print, const SceneEdits& edits) {
     for (const auto& [name, edit, source] : edits.nodes) print.text("node").text(name).text(text(edit));
     for (const auto& [name, source] : edits.hidden) print.text("hidden").text(name);
     for (const auto& [name, source] : edits.catchers) print.text("shadow catcher").text(name);
+    if (edits.ground) print.text("ground");
+    if (edits.ground_height) print.values("ground at {}", *edits.ground_height);
     if (edits.each_light) print.text("each light");
     for (const auto& [name, lights, source] : edits.light_groups) {
         print.text("light group").text(name);
@@ -176,6 +178,7 @@ std::string sequence_fingerprint(const LoadedScene& scene, const RenderSettings&
     if (output.aov_names != AovNames::halflight) print.values("aov names {}", static_cast<int>(output.aov_names));
     if (const OutputOptions usual; output.jpeg_quality != usual.jpeg_quality || output.tiff != usual.tiff)
         print.values("jpeg {} tiff {}", output.jpeg_quality, static_cast<int>(output.tiff));
+    if (output.png_bits != OutputOptions().png_bits) print.values("png {}", output.png_bits);
     print.values("best effort {}", output.best_effort);
     // Frames depend on the frames before them if temporal accumulation is on.
     if (settings.preview.temporal) print.values("frames {}", fmt::join(frames, ","));

@@ -293,7 +293,7 @@ Occasion occasion_of(const RenderArguments& a) {
             .one_part = one_part && single,
             .part_of_sequence = one_part && !single,
             .light_groups = a.choice.edits.each_light || !a.choice.edits.light_groups.empty(),
-            .catchers = !a.choice.edits.catchers.empty(),
+            .catchers = a.choice.edits.ground || !a.choice.edits.catchers.empty(),
             .asked = true,
             .finished = true};
 }
