@@ -101,25 +101,32 @@ Image view_of(const std::filesystem::path& path, const RenderResult& result, con
     return info.transparent ? result.view : rgb(result.view);
 }
 
+/// Returns the profile of pictures through the view transform; empty: none.
+std::string profile_of(const PictureInfo& info) {
+    return info.encoding ? icc_profile(*info.encoding) : "";
+}
+
 std::string png_of(const std::filesystem::path& path, const RenderResult& result, const PictureInfo& info) {
     const Image picture = view_of(path, result, info);
-    PngText text;
-    if (!info.view_fingerprint.empty()) text = {kFingerprintName, info.view_fingerprint};
-    return encode_png(path.string(), picture.width, picture.height, picture.channels, quantize_8bit(picture), text);
+    PngOptions options{.bits = info.png_bits, .encoding = info.encoding};
+    if (!info.view_fingerprint.empty()) options.text = {kFingerprintName, info.view_fingerprint};
+    return encode_png(path.string(), picture, options);
 }
 
 std::string jpeg_of(const std::filesystem::path& path, const RenderResult& result, const PictureInfo& info) {
     const Image picture = view_of(path, result, info);
     return encode_jpeg(path.string(), picture.width, picture.height, quantize_8bit(picture), info.jpeg_quality,
-                       fingerprint_text(info.view_fingerprint));
+                       fingerprint_text(info.view_fingerprint), profile_of(info));
 }
 
 std::string tiff_of(const std::filesystem::path& path, const RenderResult& result, const PictureInfo& info) {
     Image picture;
-    std::optional<Chromaticities> primaries;  // the display config does not tell those of the view
+    std::optional<Chromaticities> primaries;
+    std::string profile;
     const bool view = holds_view(path, info.tiff);
     if (view) {
         picture = view_of(path, result, info);
+        profile = profile_of(info);
     } else {
         primaries = info.working_space.chromaticities;
         picture = result.beauty;
@@ -130,7 +137,7 @@ std::string tiff_of(const std::filesystem::path& path, const RenderResult& resul
         }
     }
     return encode_tiff(path.string(), picture, info.tiff,
-                       fingerprint_text(view ? info.view_fingerprint : info.fingerprint), primaries);
+                       fingerprint_text(view ? info.view_fingerprint : info.fingerprint), primaries, profile);
 }
 
 /// A format of picture files.
@@ -242,6 +249,17 @@ void check_size(const std::filesystem::path& path, const ivec2& size) {
         throw Error(path.string(), "{} x {} pixels: the sides of a JPEG end at {}", size.x, size.y, kMostJpegSide);
 }
 
+int png_bits(const OutputOptions& options, const std::optional<DisplayEncoding>& encoding) {
+    if (options.png_bits > 0) return options.png_bits;
+    return encoding && encoding->is_hdr() ? 16 : 8;  // 8 bits of PQ show bands
+}
+
+void set_display(PictureInfo& info, const ViewProcessor& view, const OutputOptions& options) {
+    info.encoding = view.encoding();
+    info.png_bits = png_bits(options, info.encoding);
+    if (info.encoding && info.encoding->is_srgb()) info.encoding.reset();
+}
+
 LinearSpace working_space(const ColorConfig& config, const std::string& name) {
     return config.linear_space(name == "rec709" ? "" : name);
 }
@@ -274,26 +292,28 @@ void write_pictures(const std::vector<std::filesystem::path>& paths, const Rende
 PictureInfo picture_info(const FrameRenderer& renderer, const RenderResult& result, const OutputOptions& options,
                          const std::string& error) {
     const RenderSettings& settings = renderer.settings();
-    return {.camera = settings.camera,
-            .working_space = working_space(renderer.colors(), options.working_space),
-            .half = settings.half_color,
-            .whole = {settings.width, settings.height},
-            .origin = data_window(settings).first,
-            .transparent = settings.transparent,
-            .exr = options.exr,
-            .aov_names = options.aov_names,
-            .jpeg_quality = options.jpeg_quality,
-            .tiff = options.tiff,
-            .numbers = numbers_of(renderer, result.stats, options),
-            .samples = result.stats.samples,
-            .comments = settings_line(renderer, result.stats),
-            .filter = text(settings.filter),
-            .lens = lens_text(settings.camera, result.stats.lens, {settings.width, settings.height}),
-            .projection = text(settings.camera.optics),
-            .shutter = shutter_text(renderer.shutter(), renderer.scene(), settings),
-            .bias = fmt::format("{}", fmt::join(result.stats.biases, "; ")),
-            .error = error,
-            .reproducible = options.reproducible};
+    PictureInfo info{.camera = settings.camera,
+                     .working_space = working_space(renderer.colors(), options.working_space),
+                     .half = settings.half_color,
+                     .whole = {settings.width, settings.height},
+                     .origin = data_window(settings).first,
+                     .transparent = settings.transparent,
+                     .exr = options.exr,
+                     .aov_names = options.aov_names,
+                     .jpeg_quality = options.jpeg_quality,
+                     .tiff = options.tiff,
+                     .numbers = numbers_of(renderer, result.stats, options),
+                     .samples = result.stats.samples,
+                     .comments = settings_line(renderer, result.stats),
+                     .filter = text(settings.filter),
+                     .lens = lens_text(settings.camera, result.stats.lens, {settings.width, settings.height}),
+                     .projection = text(settings.camera.optics),
+                     .shutter = shutter_text(renderer.shutter(), renderer.scene(), settings),
+                     .bias = fmt::format("{}", fmt::join(result.stats.biases, "; ")),
+                     .error = error,
+                     .reproducible = options.reproducible};
+    set_display(info, renderer.colors().view(settings.view), options);
+    return info;
 }
 
 std::string judge(const RenderStats& stats, const OutputOptions& options, const std::filesystem::path& output,

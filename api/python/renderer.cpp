@@ -157,14 +157,17 @@ struct PyRenderer {
 };
 
 OutputOptions output_of(const std::string& working_space, bool reproducible, bool strict, bool best_effort,
-                        const std::string& exr_compression, bool exr_parts, int exr_tiles, int jpeg_quality,
-                        const std::string& tiff_type) {
+                        const std::string& exr_compression, bool exr_parts, int exr_tiles, int png_bits,
+                        int jpeg_quality, const std::string& tiff_type) {
+    if (png_bits != 0 && png_bits != 8 && png_bits != 16)
+        throw Error("png_bits", "expects 8 or 16, or 0 for 16 in HDR alone, not {}", png_bits);
     if (jpeg_quality < 1 || jpeg_quality > 100) throw Error("jpeg_quality", "expects 1 to 100, not {}", jpeg_quality);
     if (tiff_type != "8" && tiff_type != "16" && tiff_type != "float")
         throw Error("tiff_type", "expects 8, 16 or float, not '{}'", tiff_type);
     return {.working_space = working_space,
             .exr = {exr_compression_named(exr_compression), exr_parts, exr_tiles},
             .jpeg_quality = jpeg_quality,
+            .png_bits = png_bits,
             .tiff = tiff_type == "8"    ? TiffType::uint8
                     : tiff_type == "16" ? TiffType::uint16
                                         : TiffType::float32,

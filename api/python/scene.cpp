@@ -300,6 +300,10 @@ void bind_scene(py::module_& module) {
                                    for (const ObjectName& c : s.readable().edits().catchers) names.push_back(c.name);
                                    return names;
                                })
+        .def("set_ground",
+             [](PyScene& s, bool on, std::optional<double> height) {
+                 edit(s, [&](SceneEdits& edits, const Scene&) { edits.ground = on, edits.ground_height = height; });
+             })
         .def("set_light_groups", &set_light_groups)
         .def_property_readonly("light_groups", [](const PyScene& s) { return s.readable().scene().light_groups; })
         .def_property_readonly("hidden",

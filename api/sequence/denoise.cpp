@@ -181,6 +181,7 @@ class Denoiser {
         info.exr = options_.output.exr;
         info.aov_names = options_.output.aov_names;
         info.jpeg_quality = options_.output.jpeg_quality;
+        if (want_view_) set_display(info, colors_.view(view), options_.output);
         info.tiff = options_.output.tiff;
         info.reproducible = options_.output.reproducible;
         info.samples = result.stats.samples;

@@ -111,6 +111,8 @@ void add_edits(Fingerprint& print, const SceneEdits& edits) {
     for (const auto& [name, edit, source] : edits.nodes) print.text("node").text(name).text(text(edit));
     for (const auto& [name, source] : edits.hidden) print.text("hidden").text(name);
     for (const auto& [name, source] : edits.catchers) print.text("shadow catcher").text(name);
+    if (edits.ground) print.text("ground");
+    if (edits.ground_height) print.values("ground at {}", *edits.ground_height);
     if (edits.each_light) print.text("each light");
     for (const auto& [name, lights, source] : edits.light_groups) {
         print.text("light group").text(name);
@@ -201,7 +203,7 @@ SequencePrints sequence_prints(const std::string& sums, const RenderSettings& se
     if (!settings.want_view) return prints;
     Fingerprint view = picture;
     add_view(view, settings, config);
-    view.values("jpeg {}", output.jpeg_quality);
+    view.values("jpeg {} png {}", output.jpeg_quality, output.png_bits);
     prints.view = view.hex();
     return prints;
 }

@@ -495,7 +495,8 @@ SequenceTally render_sequence(LoadedScene& scene, const RenderSettings& asked, c
     settings.want_view = wants_view(o);
     settings.measure = o.stats.has_value();
     working_space(*options.colors, o.output.working_space);  // throws for unknown names
-    const std::string display = settings.want_view ? options.colors->view(settings.view).display() : "";
+    std::optional<DisplayEncoding> encoding;
+    if (settings.want_view) encoding = options.colors->view(settings.view).encoding();
     const std::vector<FrameNumber> frames = part_of(o.frames, o.part);
     const FrameFiles files(scene, settings, options.shutter, *options.colors, o);
     std::vector<FrameNumber> todo;
@@ -539,8 +540,11 @@ SequenceTally render_sequence(LoadedScene& scene, const RenderSettings& asked, c
     };
     try {
         if (o.movie) {
-            const bool srgb = display.find("sRGB") != std::string::npos;
-            const MovieFormat format{data_window(settings).size(), scene.frame_rate(), srgb};
+            const MovieFormat format{.size = data_window(settings).size(),
+                                     .rate = scene.frame_rate(),
+                                     .bits = png_bits(o.output, encoding),
+                                     .encoding = encoding,
+                                     .start = time_code(scene.frame_rate(), frames.empty() ? 0 : frames.front())};
             write_atomically(*o.movie, [&](const std::filesystem::path& temporary) {
                 Movie movie(temporary, o.movie->string(), format, [&] {
                     if (events.go_on && !events.go_on()) throw Stopped();

@@ -50,7 +50,7 @@ constexpr Feature lens{"depth of field", {"--focus", "--fstop", "--aperture"}, [
 constexpr Feature light_groups{
     "light groups", {"--light-group"}, [](S s, O o) { return o.light_groups || has_light_groups(s); }};
 constexpr Feature moved_surfaces{
-    "edits of surfaces", {"--node", "--hide", "--shadow-catcher"}, [](S, O o) { return o.moved_surfaces; }};
+    "edits of surfaces", {"--node", "--hide", "--shadow-catcher", "--ground"}, [](S, O o) { return o.moved_surfaces; }};
 constexpr Feature optics{"another projection or two eyes", {"--projection", "--stereo"}, [](S s, O o) {
                              return s.camera.optics.traced() || (o.asked && s.optics.traced());
                          }};

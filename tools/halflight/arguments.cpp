@@ -15,11 +15,28 @@ namespace {
 
 /// Returns the options of `halflight render` on which memory depends (tools/slurm/submit lists them, too), and --png.
 std::vector<std::string> memory_options() {
-    std::vector<std::string> names = {"--settings",   "--camera",       "--look-from",      "--look-at",
-                                      "--up",         "--vfov",         "--shutter",        "--env",
-                                      "--sky",        "--env-rotation", "--env-intensity",  "--variant",
-                                      "--line-width", "--png",          "--light",          "--material",
-                                      "--node",       "--hide",         "--shadow-catcher", "--light-group"};
+    std::vector<std::string> names = {"--settings",
+                                      "--camera",
+                                      "--look-from",
+                                      "--look-at",
+                                      "--up",
+                                      "--vfov",
+                                      "--shutter",
+                                      "--env",
+                                      "--sky",
+                                      "--env-rotation",
+                                      "--env-intensity",
+                                      "--variant",
+                                      "--line-width",
+                                      "--png",
+                                      "--light",
+                                      "--material",
+                                      "--node",
+                                      "--hide",
+                                      "--shadow-catcher",
+                                      "--ground",
+                                      "--ground-height",
+                                      "--light-group"};
     for (const Setting& s : known_settings())
         if (s.memory) names.push_back(fmt::format("--{}", s.name));
     return names;

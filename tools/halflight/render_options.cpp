@@ -79,6 +79,13 @@ void add_file_options(Options& options, RenderArguments& a) {
 }
 
 void add_display_file_options(Options& options, RenderArguments& a) {
+    options.value(
+        "--png-bits", "N",
+        "bits of a channel of a .png and of what a movie is made of: 8 or 16 (default 8; 16 if the display is HDR)",
+        [&](const auto& name, const auto& text) {
+            if (text != "8" && text != "16") throw UsageError(name, "expects 8 or 16, not '{}'", text);
+            a.output.png_bits = text == "8" ? 8 : 16;
+        });
     options.value("--jpeg-quality", "N", fmt::format("quality of a .jpg, 1 to 100 (default {})", a.output.jpeg_quality),
                   [&](const auto& name, const auto& text) { a.output.jpeg_quality = whole(name, text, 1, 100); });
     options.value(
@@ -241,6 +248,8 @@ void check_output_options(const CLI::App& app, const RenderArguments& a) {
     const auto has = [&](const char* extension) {
         return std::ranges::any_of(a.outputs, [&](const auto& path) { return has_extension(path, extension); });
     };
+    if (given("--png-bits") && !has("png") && !given("--movie"))
+        throw UsageError("--png-bits", "needs a .png output or --movie");
     if (given("--jpeg-quality") && !has("jpg") && !has("jpeg"))
         throw UsageError("--jpeg-quality", "needs a .jpg output");
     if (given("--tiff-type") && !has("tif") && !has("tiff")) throw UsageError("--tiff-type", "needs a .tif output");

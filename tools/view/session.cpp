@@ -140,7 +140,9 @@ std::vector<Instance> Session::moved_instances(const Scene& scene, const SceneTr
     frame.lights = scene.lights;
     for (const Mesh& mesh : scene.meshes) frame.meshes.emplace_back().name = mesh.name;
     try {
-        apply(surface_edits(edits), frame, tree);
+        SceneEdits moves = surface_edits(edits);
+        moves.ground = false;  // nothing to pick
+        apply(moves, frame, tree);
     } catch (const Error&) {
         return scene.instances;
     }

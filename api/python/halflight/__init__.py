@@ -254,6 +254,11 @@ class Scene:
         the shadows on them alone, as alpha. "node:NAME" and "mesh:NAME" select a kind. No names: nothing is one."""
         _call(self._native.set_shadow_catchers, names=list(names))
 
+    def set_ground(self, on=True, height=None):
+        """Adds a level floor below the scene, of which the camera sees only the shadows on it, or removes it. height, in
+        metres, replaces that of the lowest point of the unedited surfaces at 0 s."""
+        _call(self._native.set_ground, on=on, height=height)
+
     def set_light_groups(self, groups=None):
         """Groups lights, whose light gets the layers "light_NAME" of pictures: set_light_groups({"key": ["sun", "lamp*"]}).
 
@@ -362,7 +367,7 @@ def _options(device="", shader_cache=True, ocio=None, shutter=0, shutter_times=N
 
 
 def _output(working_space="", reproducible=False, strict=False, best_effort=False, exr_compression="zip",
-            exr_parts=False, exr_tiles=0, jpeg_quality=92, tiff_type="16"):
+            exr_parts=False, exr_tiles=0, png_bits=0, jpeg_quality=92, tiff_type="16"):
     tiff_type = str(tiff_type)
     return _call(_native.OutputOptions, **locals())
 
@@ -383,7 +388,7 @@ class Renderer:
       pictures  upper limit of the pictures that will be rendered; 0: unknown. It decides what is worth measuring.
       settings  those of halflight.settings(), and the options device, shader_cache, ocio (path of a colour config),
                 shutter, shutter_times, shutter_position and shutter_ramp (motion blur), working_space, reproducible, strict, best_effort,
-                exr_compression, exr_parts, exr_tiles, jpeg_quality and tiff_type of ``halflight render``
+                exr_compression, exr_parts, exr_tiles, png_bits, jpeg_quality and tiff_type of ``halflight render``
 
     Edits and camera changes of the scene hold from the next picture on."""
 
