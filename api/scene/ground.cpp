@@ -6,7 +6,7 @@
 
 namespace halflight {
 
-void add_ground(Scene& scene, const WorldBounds& bounds, double height) {
+void add_ground(Scene& scene, const WorldBounds& bounds, const std::optional<double>& wanted) {
     if (bounds.empty()) return;
     Mesh square;
     square.name = "ground";
@@ -20,7 +20,9 @@ void add_ground(Scene& scene, const WorldBounds& bounds, double height) {
     material.roughness = 1;
     material.metallic = 0;
     const dvec3 extent = bounds.upper - bounds.lower;
-    const double reach = 20 * std::max({extent.x, extent.y, extent.z, bounds.upper.y - height, 1e-6});
+    const double size = std::max({extent.x, extent.y, extent.z, 1e-6});
+    const double height = wanted.value_or(bounds.lower.y - 1e-4 * size);  // not within a floor of the scene
+    const double reach = 20 * std::max(size, bounds.upper.y - height);
     const dvec3 centre(0.5 * (bounds.lower.x + bounds.upper.x), height, 0.5 * (bounds.lower.z + bounds.upper.z));
     Instance& instance = scene.instances.emplace_back();
     instance.name = "ground";

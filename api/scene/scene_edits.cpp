@@ -233,7 +233,7 @@ void apply(const SceneEdits& edits, Scene& scene, const SceneTree& tree, const s
         set_light_groups(separate_lights(scene, {}, subject), scene);
     else
         set_light_groups(edits, groups, scene);
-    if (edits.ground) add_ground(scene, bounds, edits.ground_height.value_or(bounds.lower.y));
+    if (edits.ground) add_ground(scene, bounds, edits.ground_height);
 }
 
 void apply(const SceneEdits& edits, Scene& scene, const std::string& source) {
