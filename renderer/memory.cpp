@@ -143,19 +143,20 @@ std::size_t preview_bytes(const Preview& p) {
 /// whether specular chains are followed.
 std::size_t denoiser_bytes(const RenderSettings& s, bool chains) {
     const int near = 2 * neighbour_frames(s);
-    if (!s.denoise) return 0;
+    if (!has_halves(s)) return 0;
     const auto frames = static_cast<std::size_t>(near);
     const std::size_t mirrored = chains ? kDenoiserChainBytes + frames * kTexel : 0;  // properties and motion
     const std::size_t places = NoisyFrame::kPlaceBytes + (chains ? NoisyFrame::kMirroredBytes : 0);
     const std::size_t blurred = s.camera.lens.blurs() ? (frames + 1) * kDenoiserLensBytes : 0;
     constexpr std::size_t kReplaced = 9 * kTexel;  // measured: pictures and weights, and the driver's copies
     return kDenoiserPixelBytes + kReplaced + mirrored + blurred + (near > 0 ? kDenoiserNeighbourBytes + places : 0) +
-           frames * (denoiser_frame_bytes(near) + mirrored + film_bytes(s));
+           frames * (denoiser_frame_bytes(near) + mirrored + film_bytes(s)) +
+           (s.keep_noisy ? denoiser_frame_bytes(near) + mirrored : 0);  // copies for the file
 }
 
 /// Returns the bytes that the largest window of the denoiser takes on top: copies, and transients of its margins.
 std::size_t denoiser_window_bytes(const RenderSettings& s, bool chains) {
-    if (!s.denoise) return 0;
+    if (!has_halves(s)) return 0;
     const PixelWindow rendered = rendered_window(s, s.camera.optics);
     std::size_t most = 0;
     for (const DenoiserWindow& w : denoiser_windows(s.camera.optics, {s.width, s.height}, rendered)) {

@@ -85,7 +85,7 @@ Renderer::State::State(std::unique_ptr<PreparedScene> o, PreparedScene& s, const
     if (options.runs > 0 && !needs().tiles) servers.tracer->expect(options.runs);
     if (settings.measure) servers.tracer->count();
     if (settings.preview.of_picture()) preview.emplace(scene.programs(), settings, colors);
-    if (settings.denoise) denoiser.emplace(scene.programs(), settings, colors, needs(), scene.buffers().needs());
+    if (has_halves(settings)) denoiser.emplace(scene.programs(), settings, colors, needs(), scene.buffers().needs());
     executor.measure(settings.measure);
     executor.compile_ahead(!servers.rows && !needs().tiles);  // else, passes replace tables that kernels bind
     bands.places.resize(1);

@@ -205,7 +205,7 @@ int Renderer::State::Sampling::next_look(const Look& look, int& chances) {
     }
     if (look.each >= plan_.most) return look.each;
     if (plan_.grows) return in_time(std::min(2 * look.each, plan_.most));
-    const int least = s_.settings.denoise ? 2 : 1;  // samples that the filter needs
+    const int least = has_halves(s_.settings) ? 2 : 1;  // samples that the filter needs
     const bool time_is_up = limit_ > 0 && look.each >= least && !pace_.another_fits(limit_, group_.size());
     return look.each + (time_is_up ? 0 : 1);
 }

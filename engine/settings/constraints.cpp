@@ -25,7 +25,8 @@ bool has_light_groups(const RenderSettings& settings) {
 constexpr Feature adaptive{"adaptive sampling", {"--adaptive"}, [](S s, O) { return s.adaptive; }};
 constexpr Feature cache{"the preview mode cache", {"--preview"}, [](S s, O) { return s.preview.cache; }, "cache"};
 constexpr Feature checkpoint{"a checkpoint", {"--checkpoint"}, [](S, O o) { return o.checkpoint; }};
-constexpr Feature denoise{"denoising", {"--denoise"}, [](S s, O) { return s.denoise; }};
+constexpr Feature denoise{"denoising", {"--denoise", "--keep-noisy"}, [](S s, O) { return has_halves(s); }};
+constexpr Feature filtered{"a denoised picture", {"--denoise"}, [](S s, O) { return s.denoise; }};
 constexpr Feature denoise_error{
     "an error of the denoised picture", {"--denoise-error"}, [](S s, O) { return s.denoise_error > 0; }};
 constexpr Feature denoise_frames{
@@ -49,7 +50,7 @@ constexpr Feature lens{"depth of field", {"--focus", "--fstop", "--aperture"}, [
 constexpr Feature light_groups{
     "light groups", {"--light-group"}, [](S s, O o) { return o.light_groups || has_light_groups(s); }};
 constexpr Feature moved_surfaces{
-    "edits of surfaces", {"--node", "--hide", "--shadow-catcher"}, [](S, O o) { return o.moved_surfaces; }};
+    "edits of surfaces", {"--node", "--hide", "--shadow-catcher", "--ground"}, [](S, O o) { return o.moved_surfaces; }};
 constexpr Feature optics{"another projection or two eyes", {"--projection", "--stereo"}, [](S s, O o) {
                              return s.camera.optics.traced() || (o.asked && s.optics.traced());
                          }};
@@ -86,7 +87,7 @@ constexpr Feature overscan{"overscan", {"--overscan", "--crop"}, [](S s, O) { re
 constexpr Constraint kConstraints[] = {
     {denoise, excludes, preview, mathematics, "the denoiser knows the noise of unbiased samples only"},
     {denoise, needs, two_samples, mathematics, "it compares two halves of the samples"},
-    {denoise_error, needs, denoise, mathematics, "it is the error of the filtered picture"},
+    {denoise_error, needs, filtered, mathematics, "it is the error of the filtered picture"},
     {few_held_out, excludes, adaptive, mathematics, "the further pictures are sampled adaptively, too"},
     {error, excludes, preview, mathematics, "an error is known for the unbiased mean only"},
     {error, needs, sixteen_samples, mathematics, "8 replicates of two samples tell the error"},

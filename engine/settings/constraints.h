@@ -30,7 +30,7 @@ struct Occasion {
 /// A feature that settings, or the occasion of a picture, can switch on.
 struct Feature {
     const char* name;                    // name in sentences
-    std::array<const char*, 3> options;  // options that switch it on, which may be settings; null: there are no more
+    std::array<const char*, 4> options;  // options that switch it on, which may be settings; null: there are no more
     bool (*on)(const RenderSettings&, const Occasion&);
     const char* value = "";  // value of the first option that switches it on
     /// Returns the first option for which is_it(option) is true; null: none.

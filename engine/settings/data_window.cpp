@@ -50,7 +50,7 @@ bool has_overscan(const PictureSettings& s) {
 
 PixelWindow rendered_window(const PictureSettings& s, const Optics& optics) {
     PixelWindow window = data_window(s);
-    const int reach = s.denoise ? kDenoiserReach : s.preview.filter ? kPreviewReach : 0;
+    const int reach = has_halves(s) ? kDenoiserReach : s.preview.filter ? kPreviewReach : 0;
     if (reach > 0 && has_window(s)) {
         // There is nothing to see beyond the edges of the picture unless there is overscan.
         const ivec2 size(s.width, s.height);

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "engine/core/frames.h"
 #include "engine/core/pixel_filter.h"
 #include "engine/scene/scene.h"
 
@@ -32,7 +33,7 @@ struct SceneSettings {
     std::optional<int> shutter_times{};
     int part = 0;              // number of the part of the samples that is rendered, 1 to `parts`; 0: all parts
     bool stays_noisy = false;  // a picture that would be denoised stays the mean of its samples, without layers
-    std::uint32_t frame = 0;   // frame number, which seeds the noise
+    FrameNumber frame = 0;     // frame number, which seeds the noise
 };
 
 /// Settings that may differ between the pictures of one renderer. settings_table.h describes the public ones.
