@@ -34,8 +34,31 @@ void add_ground(Scene& scene, const WorldBounds& bounds, const std::optional<dou
     scene.materials.push_back(std::move(material));
 }
 
+namespace {
+
+bool has_ground(const Scene& scene) {
+    return !scene.instances.empty() && scene.instances.back().added;
+}
+
+}  // namespace
+
+WithoutGround::WithoutGround(Scene& scene) : scene_(scene) {
+    if (!has_ground(scene)) return;
+    ground_.instances.push_back(std::move(scene.instances.back()));
+    ground_.meshes.push_back(std::move(scene.meshes.back()));
+    ground_.materials.push_back(std::move(scene.materials.back()));
+    scene.instances.pop_back(), scene.meshes.pop_back(), scene.materials.pop_back();
+}
+
+WithoutGround::~WithoutGround() {
+    if (ground_.instances.empty()) return;
+    scene_.instances.push_back(std::move(ground_.instances[0]));
+    scene_.meshes.push_back(std::move(ground_.meshes[0]));
+    scene_.materials.push_back(std::move(ground_.materials[0]));
+}
+
 void remove_ground(Scene& scene) {
-    if (scene.instances.empty() || !scene.instances.back().added) return;
+    if (!has_ground(scene)) return;
     scene.instances.pop_back();
     scene.meshes.pop_back();
     scene.materials.pop_back();

@@ -15,4 +15,17 @@ void add_ground(Scene& scene, const WorldBounds& bounds, const std::optional<dou
 /// Removes the ground, the last instance of a scene, if there is one.
 void remove_ground(Scene& scene);
 
+/// Takes the ground out of a scene for as long as it lives.
+class WithoutGround {
+  public:
+    explicit WithoutGround(Scene& scene);
+    WithoutGround(const WithoutGround&) = delete;
+    WithoutGround& operator=(const WithoutGround&) = delete;
+    ~WithoutGround();
+
+  private:
+    Scene& scene_;
+    Scene ground_;  // instance, mesh and material of the ground; nothing without one
+};
+
 }  // namespace halflight

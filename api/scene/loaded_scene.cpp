@@ -351,7 +351,10 @@ void LoadedScene::set_camera(const CameraChoice& camera) {
 }
 
 void LoadedScene::choose(const rays::LazyProbe* probe) {
-    camera_ = choose_camera(scene_, camera_choice_, probe);
+    {
+        const WithoutGround seen(scene_);
+        camera_ = choose_camera(scene_, camera_choice_, probe);
+    }
     frame_motion();
     turn_light();
     framed_ = transform_revision_;

@@ -20,7 +20,7 @@ class NoisyFiles {
     struct Options {
         /// Returns the first file of a frame, beside which its noisy frame lies.
         std::function<std::filesystem::path(FrameNumber frame)> picture;
-        std::string sums;                      // sums_fingerprint()
+        std::string sums{};                    // sums_fingerprint()
         int reach = 0;                         // number of frames before and after that motion has to lead to
         bool keep = false;                     // keeps the files: RenderSettings::keep_noisy
         bool overwrite = false;                // replaces kept files of other settings
