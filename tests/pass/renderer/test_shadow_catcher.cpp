@@ -238,7 +238,9 @@ TEST_F(ShadowCatcher, ShadowsHaveAnErrorThatIsKnown) {
             }
             EXPECT_NEAR(estimate / error, 1, 0.25) << "estimate " << estimate << ", error " << error;
             const double deviation = std::sqrt(means.variance() / kPictures);
-            EXPECT_NEAR(means.mean(), mean_of_pixels(alpha_of(reference), 0).value, 4 * deviation + 1e-4);
+            // The quotient of noisy sums has a bias, which falls with the number of samples.
+            const double expected = mean_of_pixels(alpha_of(reference), 0).value;
+            EXPECT_NEAR(means.mean(), expected, 4 * deviation + 0.02 * expected);
         }
     }
 }
