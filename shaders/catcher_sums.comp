@@ -13,7 +13,7 @@ uniform usamplerBuffer by_catchers;  // R32UI: answers without the objects that 
 uniform usamplerBuffer sun_occluded;
 uniform usamplerBuffer sun_by_catchers;
 // Per path: light with all objects, light without those that are no catchers, number of samples on catchers, rgb of the
-// background behind these.
+// background behind these, squares of both lights and their product between them.
 layout(std430) buffer CatcherSums { double catcher_sums[]; };
 layout(std430) buffer Counts { uint bad_values[kCountedPasses * kBadKinds]; };
 
@@ -46,9 +46,12 @@ void main() {
         }
     }
     vec3 background = guarded(point.catches ? point.emission : vec3(0.0), kCountGBuffer);
-    uint first = path * 6u;
+    uint first = path * 9u;
     ADD(catcher_sums[first], lit.x);
     ADD(catcher_sums[first + 1u], lit.y);
     ADD(catcher_sums[first + 2u], point.catches ? 1.0 : 0.0);
     for (uint i = 0u; i < 3u; ++i) ADD(catcher_sums[first + 3u + i], background[i]);
+    ADD(catcher_sums[first + 6u], lit.x * lit.x);
+    ADD(catcher_sums[first + 7u], lit.x * lit.y);
+    ADD(catcher_sums[first + 8u], lit.y * lit.y);
 }

@@ -20,6 +20,7 @@ void print_version();
 void write_manual(const Manual& manual);
 /// reread: parses the command line anew, with the settings file as it is now, for --watch.
 void run_render(const RenderArguments& arguments, const std::function<RenderArguments()>& reread = {});
+void run_denoise(const DenoiseArguments& arguments);
 /// Renders under the limits of the arguments. Does not return if the time is up.
 void run_thumbnail(const ThumbnailArguments& arguments);
 /// Replaces the process by `halflight-view` with the same command line, so that this program needs no window system.

@@ -36,6 +36,7 @@ int run(int argc, char** argv) {
         if (const auto* manual = std::get_if<Manual>(&arguments)) write_manual(*manual);
         if (const auto* render = std::get_if<RenderArguments>(&arguments))
             run_render(*render, [=] { return std::get<RenderArguments>(parse_arguments(argc, argv)); });
+        if (const auto* denoise = std::get_if<DenoiseArguments>(&arguments)) run_denoise(*denoise);
         if (const auto* thumbnail = std::get_if<ThumbnailArguments>(&arguments)) run_thumbnail(*thumbnail);
         if (std::holds_alternative<PreviewArguments>(arguments)) start_viewer(argv);
         if (const auto* converge = std::get_if<ConvergeArguments>(&arguments)) run_converge(*converge);

@@ -6,6 +6,8 @@
 
 #include "api/halflight/frame_renderer.h"
 #include "api/halflight/statistics.h"
+#include "api/sequence/fingerprint.h"
+#include "api/sequence/noisy_files.h"
 #include "engine/core/interruption.h"
 #include "engine/core/steps.h"
 #include "engine/core/stopwatch.h"
@@ -78,10 +80,34 @@ std::vector<std::filesystem::path> merged_parts(const RenderArguments& a) {
     return folders;
 }
 
+/// Returns the file of the noisy frame of the picture, and of those around it; null: none is kept. renderer: the one
+/// that will make the picture, which may be made later.
+std::shared_ptr<NoisyFiles> noisy_files(const RenderArguments& a, const FrameRenderer* const& renderer) {
+    if (!a.settings.keep_noisy || part_of_samples(a) > 0) return nullptr;
+    const auto picture = [&a](FrameNumber frame) {
+        const std::filesystem::path& own = a.outputs[0];
+        return frame == a.settings.frame ? own
+                                         : own.parent_path() / fmt::format("{}.{}.exr", own.stem().string(), frame);
+    };
+    return std::make_shared<NoisyFiles>(
+        NoisyFiles::Options{.picture = picture,
+                            .reach = neighbour_frames(a.settings),
+                            .keep = true,
+                            .overwrite = true,
+                            .compression = lossless(a.output.exr.compression),
+                            .listed = [&a](FrameNumber frame) { return frame == a.settings.frame; },
+                            .info =
+                                [&](const RenderResult& result) {
+                                    PictureInfo info = picture_info(*renderer, result, a.output, "");
+                                    info.frame = renderer->settings().frame;
+                                    return info;
+                                }});
+}
+
 /// Returns the samples per pixel of the picture, or of its part.
 int samples_to_render(const RenderSettings& settings, const RenderArguments& a) {
     const int part = part_of_samples(a);
-    return part > 0 ? settings_of_part(settings, part).samples : settings.samples;
+    return part > 0 ? settings_of_part(settings, part, settings.adaptive).samples : settings.samples;
 }
 
 /// Returns when a signal has ended the rendering, and what becomes of the samples. height: rows of the picture.
@@ -125,14 +151,18 @@ void render_picture(const RenderArguments& a, Watched* watched) {
         throw Error(a.choice.scene.string(), "has no surfaces to show");
     PoseWarnings warnings(scene);
     const ChosenCamera chosen = scene.camera(scene.time_of(a.settings.frame));
+    const FrameRenderer* made = nullptr;
+    const std::shared_ptr<NoisyFiles> noisy = noisy_files(a, made);
     FrameRenderer renderer(scene, make_settings(a, chosen.camera),
                            {.context = context,
                             .colors = config,
                             .shutter = a.shutter,
-                            .frees_scene = true,
+                            .frees_scene = !noisy,
                             .checkpoint = checkpoint_of(a),
                             .merged = merged_parts(a),
+                            .noisy_files = noisy,
                             .exr_tile = a.output.exr.tile});
+    made = &renderer;
     Checkpoint* const checkpoint = renderer.checkpoint();
     const RenderSettings& settings = renderer.settings();
     for (const auto& path : a.outputs) check_size(path, data_window(settings).size());
@@ -167,6 +197,10 @@ void render_picture(const RenderArguments& a, Watched* watched) {
         };
         renderer.find_estimator(go_on);
         renderer.find_exposure(go_on);
+        if (noisy) {
+            noisy->set_sums(sums_fingerprint(scene, renderer.settings(), a.shutter));
+            if (a.settings.view.metered()) noisy->set_exposure(renderer.settings().view.exposure.stops);
+        }
         rendering = true;
         result = renderer.render([&](const RenderProgress& progress) {
             display.show(progress);
@@ -236,6 +270,8 @@ void render_cameras(const RenderArguments& a, Watched* watched) {
         } catch (const UsageError&) {
             throw;
         } catch (const Interrupted&) {
+            throw;
+        } catch (const DiskError&) {
             throw;
         } catch (const Error& error) {
             if (cameras.size() == 1) throw;

@@ -32,6 +32,7 @@ void run_sequence(const RenderArguments& a, Watched* watched) {
                                   .movie = a.movie,
                                   .stats = a.stats,
                                   .overwrite = a.overwrite,
+                                  .develop = a.develop,
                                   .checkpoint = a.checkpoint,
                                   .output = a.output};
     if (!a.check) check_outputs(options);
@@ -63,20 +64,20 @@ void run_sequence(const RenderArguments& a, Watched* watched) {
         display.emplace(stderr, progress_form(a.log.quiet(), a.json_progress), todo, settings.time_limit);
         clock = Stopwatch();
     };
-    events.progress = [&](std::uint32_t frame, const RenderProgress& progress) {
+    events.progress = [&](FrameNumber frame, const RenderProgress& progress) {
         display->show(frame, progress);
         return goes_on();
     };
     events.go_on = goes_on;
-    events.made = [&](std::uint32_t frame, std::size_t made, std::size_t failed) {
+    events.made = [&](FrameNumber frame, std::size_t made, std::size_t failed) {
         display->made(frame, made, failed, clock.seconds());
         console.detail("frame {} written after {:.1f} s: {} made, {} failed", frame, clock.seconds(), made, failed);
     };
-    events.failed = [&](std::uint32_t frame, const std::string& error) {
+    events.failed = [&](FrameNumber frame, const std::string& error) {
         display->clear();
         console.detail("frame {} failed: {}", frame, error);
     };
-    events.found = [&](std::uint32_t frame, std::size_t found) { display->found(frame, found, clock.seconds()); };
+    events.found = [&](FrameNumber frame, std::size_t found) { display->found(frame, found, clock.seconds()); };
     events.writing = [](const std::function<void()>& write) {
         const WritingFiles writing;
         write();

@@ -106,7 +106,7 @@ bool Viewer::open_done(const Command& command) {
         else if (command.name == "animation")
             next_pose_ = {command.words[0], 0};
         else
-            next_pose_ = {t.animation, static_cast<std::uint32_t>(command.numbers[0])};
+            next_pose_ = {t.animation, static_cast<FrameNumber>(command.numbers[0])};
         open_next();
     }
     if (!finish_opening()) return false;

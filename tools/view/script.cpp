@@ -32,7 +32,7 @@ constexpr std::array kForms = {
     Form{"reference", "t"},
     Form{"camera", "t"},
     Form{"animation", "t"},
-    Form{"frame", "i", 0, 4294967295.0},
+    Form{"frame", "i", kLeastFrame, kMostFrame},
     Form{"play", "n", 0, 1e6},
     Form{"orbit", "nn", -kPixels, kPixels},
     Form{"pan", "nn", -kPixels, kPixels},

@@ -140,7 +140,9 @@ std::vector<Instance> Session::moved_instances(const Scene& scene, const SceneTr
     frame.lights = scene.lights;
     for (const Mesh& mesh : scene.meshes) frame.meshes.emplace_back().name = mesh.name;
     try {
-        apply(surface_edits(edits), frame, tree);
+        SceneEdits moves = surface_edits(edits);
+        moves.ground = false;  // nothing to pick
+        apply(moves, frame, tree);
     } catch (const Error&) {
         return scene.instances;
     }
@@ -352,7 +354,7 @@ SavedSettings Session::saved(const ivec2& size) const {
     if (scene_->environment.name == halflight::name(SkyPreset::neutral))
         s.light_azimuth = arguments_.choice.light_azimuth;
     s.edits = edits;
-    if (!timeline_.playing.empty() || timeline_.frame > 0)
+    if (!timeline_.playing.empty() || timeline_.frame != 0)
         s.moment = {{timeline_.animation, timeline_.frame, timeline_.rate}};
     s.bookmarks = bookmarks;
     return s;

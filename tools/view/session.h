@@ -28,14 +28,14 @@ struct Timeline {
     std::string animation = "none";         // animation that plays: a value of --animation
     std::vector<std::size_t> playing{};     // indices of the animations that play
     FrameRate rate{};
-    std::uint32_t frame = 0;        // number of the frame shown
-    std::uint32_t last = 0;         // number of the last frame, from last_frame()
+    FrameNumber frame = 0;          // number of the frame shown
+    FrameNumber last = 0;           // number of the last frame, from last_frame()
     std::vector<Camera> cameras{};  // the scene's cameras at that frame
 };
 /// Returns the value of --animation for each animation: its name, or its number if the name is empty or ambiguous.
 std::vector<std::string> titles(const std::vector<Animation>& animations);
 /// Returns the last frame that is no later than `end` seconds, with a tolerance of 10^-3 frames; at most 10^6.
-std::uint32_t last_frame(double end, const FrameRate& rate);
+FrameNumber last_frame(double end, const FrameRate& rate);
 
 /// Texts by which edits find the objects of a scene, one for each object (references_to()).
 struct ObjectReferences {
@@ -191,7 +191,7 @@ class Session {
     std::optional<std::function<Opened()>> restore(const SavedSettings& document);
     /// Returns a function that poses the scene at a frame of an animation, on any thread. Throws Error without
     /// animations. The function throws Error for an unknown animation or an invalid pose.
-    std::function<Opened()> posing(const std::string& animation, std::uint32_t frame) const;
+    std::function<Opened()> posing(const std::string& animation, FrameNumber frame) const;
     /// Replaces the scene. A new scene brings its own camera and settings; a new pose or environment keeps them.
     void open(Opened opened);
 

@@ -69,14 +69,14 @@ void take_reference(Session::Opened& o, const Scene& images, const Console& cons
 }
 
 /// Poses scene and cameras at a frame. The scene is that of the reference if the animation drives cameras only.
-void take_frame(Session::Opened& o, std::uint32_t frame) {
+void take_frame(Session::Opened& o, FrameNumber frame) {
     Timeline& t = o.timeline;
     t.frame = frame;
     const auto before = o.scene;
     o.scene = o.reference;
     o.tree = o.reference_tree;
     t.cameras = o.reference->cameras;
-    if (frame > 0 && !t.playing.empty()) {
+    if (frame != 0 && !t.playing.empty()) {
         const double seconds = t.rate.seconds(frame);
         t.cameras = t.file->cameras_at(seconds);
         if (t.file->surfaces_move()) {
@@ -137,11 +137,11 @@ std::vector<std::string> titles(const std::vector<Animation>& animations) {
     return all;
 }
 
-std::uint32_t last_frame(double end, const FrameRate& rate) {
+FrameNumber last_frame(double end, const FrameRate& rate) {
     constexpr double kRounding = 1e-3;  // tolerance, frames, since files store times as floats
     constexpr double kMost = 1e6;
     const double frames = std::floor(end * rate.numerator / rate.denominator + kRounding);
-    return static_cast<std::uint32_t>(std::clamp(frames, 0.0, kMost));
+    return static_cast<FrameNumber>(std::clamp(frames, 0.0, kMost));
 }
 
 std::function<Session::Opened()> Session::starting(const PreviewArguments& arguments, const ColorConfig& colors) {
@@ -283,7 +283,7 @@ std::vector<VersionedFile> Session::files() const {
     return all;
 }
 
-std::function<Session::Opened()> Session::posing(const std::string& animation, std::uint32_t frame) const {
+std::function<Session::Opened()> Session::posing(const std::string& animation, FrameNumber frame) const {
     if (!timeline_.file) throw Error(file_.string(), "has no animations");
     return [opened = now(), animation, frame, console = console_]() mutable {
         Timeline& timeline = opened.timeline;

@@ -101,6 +101,7 @@ Scene Session::edited_values() const {
     part.transforms.clear();
     part.hidden.clear();
     part.catchers.clear();
+    part.ground = false;
     const std::vector<bool> lit = movable_nodes(values, *tree_);  // nodes that move lights; others change no values
     try {
         std::erase_if(part.nodes, [&](const NamedEdit<NodeEdit>& edit) {

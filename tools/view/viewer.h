@@ -76,7 +76,7 @@ class Viewer {
     bool finish_opening();  // Returns whether nothing is waiting or being opened.
     void set_playing(bool on);
     void advance_playback();  // Requests the frame that is due, once the previous one is visible.
-    std::uint32_t next_frame() const;
+    FrameNumber next_frame() const;
 
     // The following functions are defined in viewer_reload.cpp.
 
@@ -241,7 +241,7 @@ class Viewer {
     std::future<Session::Opened> opening_;  // result of the opening; valid while something is being opened
     struct Play {
         double since;         // start time of the playback, seconds
-        std::uint32_t first;  // frame shown at that time
+        FrameNumber first;  // frame shown at that time
     };
     std::optional<Play> play_;
     std::optional<std::string> comparison_;  // description of picture B

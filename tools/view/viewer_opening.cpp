@@ -141,13 +141,13 @@ void Viewer::advance_playback() {
     if (t.playing.empty() || thread_.status().failed == request_) return set_playing(false);
     if (finish_opening() && play_ && !pose_pending_) {
         const double passed = std::floor((now() - play_->since) * t.rate.numerator / t.rate.denominator);
-        const auto due = static_cast<std::uint32_t>(std::fmod(play_->first + passed, t.last + 1.0));
+        const auto due = static_cast<FrameNumber>(std::fmod(std::max<double>(play_->first, 0) + passed, t.last + 1.0));
         if (due != t.frame) next_pose_ = {t.animation, due};
     }
     open_next();
 }
 
-std::uint32_t Viewer::next_frame() const {
+FrameNumber Viewer::next_frame() const {
     return next_pose_ ? next_pose_->frame : opening_pose_ ? opening_pose_->frame : session_.timeline().frame;
 }
 
