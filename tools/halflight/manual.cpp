@@ -69,8 +69,10 @@ ManualCommand manual_command(const CLI::App& app, const std::string& name) {
 /// Returns text for roff. What stands between backquotes becomes bold.
 std::string roff(const std::string& text) {
     std::string result;
-    bool bold = false;
+    bool bold = false, joins = false;
     for (const char c : text) {
+        if (joins && c != ' ') result += "\\:";  // long lists without blanks may break here
+        joins = c == ',' || c == '|';
         if (c == '`') {
             bold = !bold;
             result += bold ? "\\fB" : "\\fR";
