@@ -64,7 +64,7 @@ void Renderer::State::Sampling::render_part(std::span<BandSamples> bands) {
     for (BandSamples& band : bands)
         if (band.part == part_) group_.push_back(&band);
     if (group_.empty()) return;
-    if (std::ranges::none_of(group_, [](const BandSamples* band) { return band->look.begun(); })) looks_.clear();
+    if (std::ranges::none_of(group_, [](const BandSamples* band) { return band->look.begun(); })) looks_[part_].clear();
     for (BandSamples* band : group_)
         if (!band->look.begun()) band->look.next = plan_.first_look;
     const auto ended = [](const BandSamples* band) { return band->look.ends; };
@@ -103,7 +103,7 @@ void Renderer::State::Sampling::grow() {
         int chances = ahead.chances;
         const int next = next_look({.each = ahead.next, .next = ahead.next}, chances);
         const bool ends = ahead.ends || next <= ahead.next;
-        if (!ends && plan_.grows) looks_.push_back(next);
+        if (!ends && plan_.grows) looks_[part_].push_back(next);
         for (BandSamples* band : group_) {
             Look& look = band->look;
             if (!ends) look.next = next, look.chances = chances;
@@ -121,8 +121,9 @@ bool Renderer::State::Sampling::add_look(BandSamples& band) {
         if (add_sequence(band)) ++look.sequence, look.taken = 0, look.runs = 0;
     if (stopped_) return false;
     look.each = look.next, look.sequence = 0;
-    const auto later = std::ranges::upper_bound(looks_, look.each);
-    if (later != looks_.end()) look.next = *later;
+    const std::vector<int>& decided = looks_[part_];
+    const auto later = std::ranges::upper_bound(decided, look.each);
+    if (later != decided.end()) look.next = *later;
     return true;
 }
 

@@ -155,7 +155,8 @@ class Renderer::State::Sampling {
     // State of the bands that take looks together:
     Group group_;
     int first_band_ = 0;
-    std::vector<int> looks_;  // samples of each sequence after the looks that were decided, if numbers grow
+    // By part: samples of each sequence after the looks that were decided, if numbers grow.
+    std::map<int, std::vector<int>> looks_;
     double limit_ = 0;        // seconds for their samples; 0: no limit
     Stopwatch clock_;
     double compiled_before_ = 0;

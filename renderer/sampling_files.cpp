@@ -84,7 +84,7 @@ void Renderer::State::Sampling::save(BandSamples& band) const {
                   number(l.sequence),         number(l.taken),        l.runs,
                   number(l.chances),          number(l.ends ? 1 : 0), number(earlier.samples),
                   number(earlier.first_half), number(earlier.mattes), std::bit_cast<std::uint64_t>(earlier.mean)};
-    for (const int look : looks_) saved.plan.push_back(number(look));
+    for (const int look : looks_[band.part]) saved.plan.push_back(number(look));
     checkpoint_->save(saved, buffers.size() + layers.size() + of_plan.size(), array);
     band.unsaved = false;
 }
@@ -170,7 +170,7 @@ void Renderer::State::Sampling::restore(BandSamples& band) {
     if (plan_.one_by_one && !look.ends) look.next = std::min(look.next, look.each + look.taken + 1);
     std::vector<int> looks;
     for (std::size_t i = kPlanNumbers; i < saved->plan.size(); ++i) looks.push_back(static_cast<int>(saved->plan[i]));
-    if (looks.size() > looks_.size()) looks_ = looks;
+    if (looks.size() > looks_[band.part].size()) looks_[band.part] = looks;
     done_[std::size_t(band.index)] = saved->samples;
 }
 

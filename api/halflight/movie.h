@@ -45,7 +45,7 @@ class Movie {
     Movie& operator=(const Movie&) = delete;
     ~Movie();  ///< Ends ffmpeg unless finish() has; the file is then incomplete.
 
-    /// Sends the next frame. If ffmpeg has ended early, failed() returns true and finish() throws.
+    /// Sends the next frame, which is not empty. If ffmpeg has ended early, failed() returns true and finish() throws.
     void add(const Image& view);
     bool failed() const { return failed_; }
     /// Waits until the file is complete. Throws Error with the last line of ffmpeg if it fails.

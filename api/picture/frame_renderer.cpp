@@ -248,7 +248,11 @@ struct FrameRenderer::State {
         };
         try {
             RenderResult result = render();
-            set_frame(frame);  // a stop may come while a neighbour is rendered
+            set_frame(frame);                     // a stop may come while a neighbour is rendered
+            const Image& beauty = result.beauty;  // that of a file has no view
+            if (settings.want_view && result.view.pixels.empty() && !beauty.pixels.empty())
+                result.view =
+                    pictures.colors().view(settings.view).apply(settings.transparent ? straight(beauty) : beauty);
             load_seconds += near_frames.load_seconds();
             return result;
         } catch (...) {

@@ -50,6 +50,10 @@ class Frames {
             known_.emplace(frame, std::move(known));
         }
         for (const FrameNumber frame : given_)
+            if (const auto& [path, header] = known_.at(frame); near_ && *near_ > header.reach)
+                throw Error(path.string(), "was rendered for {} frames before and after, not {} (--denoise-frames)",
+                            header.reach, *near_);
+        for (const FrameNumber frame : given_)
             for (const FrameNumber n : neighbours(frame)) find(frame, n);
     }
 
@@ -82,8 +86,11 @@ class Frames {
   private:
     /// Finds the file of a neighbour: among those that are given, or beside the frame. Throws Error if it is missing.
     void find(FrameNumber frame, FrameNumber neighbour) {
-        if (known_.contains(neighbour)) return;
         const Known& own = known_.at(frame);
+        if (const auto given = known_.find(neighbour); given != known_.end()) {
+            if (given->second.header.sums == own.header.sums) return;
+            throw Error(given->second.path.string(), "is not of the scene and settings of {}", own.path.string());
+        }
         const std::filesystem::path path = noisy_path_of(own.path, frame, neighbour);
         std::error_code none;
         if (!std::filesystem::exists(path, none))
@@ -113,6 +120,9 @@ Paths outputs_of(const DenoiseOptions& o, FrameNumber frame, const Known& known)
 void check_outputs(const DenoiseOptions& o, std::size_t frames) {
     if (o.frames.empty()) throw Error("denoise", "has no frames");
     for (const auto& pattern : o.outputs) {
+        if (pattern.string().ends_with(".noisy.exr"))
+            throw Error(pattern.string(), "is the name of a noisy frame, which an output must not replace");
+        if (std::ranges::count(o.outputs, pattern) > 1) throw Error(pattern.string(), "is given twice");
         if (!is_picture_name(pattern)) throw Error(pattern.string(), "an output is an {}", picture_extensions());
         const int placeholders = count_placeholders(pattern);
         if (placeholders > 1) throw Error(pattern.string(), "has {} placeholders for the frame number", placeholders);

@@ -87,16 +87,20 @@ void FrameFiles::examine_noisy(FrameNumber frame, State& state) const {
 
 std::optional<std::filesystem::path> FrameFiles::developable(FrameNumber frame) const {
     if (rounds_ && !options_.develop) return std::nullopt;
-    const auto exr =
-        std::ranges::find_if(options_.outputs, [](const auto& path) { return has_extension(path, "exr"); });
-    if (exr == options_.outputs.end()) return std::nullopt;
     PictureInfo prints;
     add_fingerprints(frame, prints);
-    const std::filesystem::path path = frame_path(*exr, frame);
+    std::optional<std::filesystem::path> exr;
     State state;
-    add(path, prints.fingerprint, state);
+    // Layers and exact colours of other scene-linear files are not in the .exr, so all of these have to be there.
+    for (const auto& pattern : options_.outputs) {
+        if (holds_view(pattern, options_.output.tiff)) continue;
+        const std::filesystem::path path = frame_path(pattern, frame);
+        add(path, prints.fingerprint, state);
+        if (!exr && has_extension(path, "exr")) exr = path;
+    }
+    if (!exr) return std::nullopt;
     if (state.whole) examine_noisy(frame, state);
-    return state.whole ? std::optional(path) : std::nullopt;
+    return state.whole ? exr : std::nullopt;
 }
 
 std::vector<std::filesystem::path> FrameFiles::missing_pictures(FrameNumber frame) const {

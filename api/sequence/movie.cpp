@@ -165,6 +165,7 @@ void Movie::close_input() {
 
 void Movie::add(const Image& view) {
     if (failed_) return;
+    if (view.pixels.empty()) throw Error(subject_, "a frame has no picture through the view transform");
     const std::vector<std::uint8_t> bytes = movie_frame(view, format_.bits);
     for (std::size_t done = 0; done < bytes.size() && !failed_;) {
         pollfd room{input_, POLLOUT, 0};

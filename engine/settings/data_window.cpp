@@ -54,7 +54,7 @@ PixelWindow rendered_window(const PictureSettings& s, const Optics& optics) {
     if (reach > 0 && has_window(s)) {
         // There is nothing to see beyond the edges of the picture unless there is overscan.
         const ivec2 size(s.width, s.height);
-        if (s.denoise && reaches_around(optics, s.width, window))
+        if (has_halves(s) && reaches_around(optics, s.width, window))
             window.first.x = std::min(window.first.x, 0), window.end.x = std::max(window.end.x, size.x);
         window.first = glm::min(window.first, glm::max(window.first - reach, ivec2(0)));
         window.end = glm::max(window.end, glm::min(window.end + reach, size));
