@@ -84,7 +84,8 @@ void Renderer::State::Sampling::save(BandSamples& band) const {
                   number(l.sequence),         number(l.taken),        l.runs,
                   number(l.chances),          number(l.ends ? 1 : 0), number(earlier.samples),
                   number(earlier.first_half), number(earlier.mattes), std::bit_cast<std::uint64_t>(earlier.mean)};
-    for (const int look : looks_[band.part]) saved.plan.push_back(number(look));
+    if (const auto looks = looks_.find(band.part); looks != looks_.end())
+        for (const int look : looks->second) saved.plan.push_back(number(look));
     checkpoint_->save(saved, buffers.size() + layers.size() + of_plan.size(), array);
     band.unsaved = false;
 }
