@@ -54,14 +54,26 @@ class ManualTest : public CommandTest {
         for (const HelpOption& option : help_options(command)) all.insert(option.names.begin(), option.names.end());
         return all;
     }
-    /// Returns what fish offers at the end of a command line.
-    std::set<std::string> fish(const std::string& command_line) const {
-        write_text(file("test.fish"),
-                   fmt::format("set PATH {} $PATH\nsource {}\ncomplete -C '{}' | string replace -r "
-                               "'\\t.*' ''\n",
-                               program_folder(), file("fish/vendor_completions.d/halflight.fish"), command_line));
-        return lines(
-            run({"fish", "--no-config", file("test.fish")}, {.environment = {"HOME=" + folder.path.string()}}).out);
+    /// Returns what fish offers at the end of each command line.
+    std::vector<std::set<std::string>> fish(const Strings& command_lines) const {
+        std::string script = fmt::format("set PATH {} $PATH\nsource {}\n", program_folder(),
+                                         file("fish/vendor_completions.d/halflight.fish"));
+        for (std::size_t i = 0; i < command_lines.size(); ++i)
+            script += fmt::format("complete -C '{}' | string replace -r '\\t.*' '' >{}\n", command_lines[i],
+                                  file(fmt::format("offered.{}", i + 1)));
+        write_text(file("test.fish"), script);
+        run({"fish", "--no-config", file("test.fish")}, {.environment = {"HOME=" + folder.path.string()}});
+        return offered(command_lines.size());
+    }
+    /// Returns the lines of the files "offered.1", "offered.2", ..., which are removed.
+    std::vector<std::set<std::string>> offered(std::size_t count) const {
+        std::vector<std::set<std::string>> all;
+        for (std::size_t i = 1; i <= count; ++i) {
+            const std::string name = file(fmt::format("offered.{}", i));
+            all.push_back(std::filesystem::exists(name) ? lines(read_text(name)) : std::set<std::string>());
+            std::filesystem::remove(name);
+        }
+        return all;
     }
     /// Returns what zsh offers at the end of each command line. Only its line editor completes, which needs a terminal:
     /// before it reads the first key, a function lists the completions of all lines and ends the shell.
@@ -97,12 +109,7 @@ class ManualTest : public CommandTest {
                                                program_folder(), file("zsh/site-functions"), file("offered"), quoted));
         run({"zsh", "-f", "-c", "zmodload zsh/zpty; zpty shell zsh -i; while zpty -r shell; do :; done"},
             {.environment = {"ZDOTDIR=" + folder.path.string(), "HOME=" + folder.path.string(), "TERM=xterm"}});
-        std::vector<std::set<std::string>> offered;
-        for (std::size_t i = 1; i <= command_lines.size(); ++i) {
-            const std::string name = file(fmt::format("offered.{}", i));
-            offered.push_back(std::filesystem::exists(name) ? lines(read_text(name)) : std::set<std::string>());
-        }
-        return offered;
+        return offered(command_lines.size());
     }
     static std::string program_folder() { return std::filesystem::path(HALFLIGHT_PROGRAM).parent_path().string(); }
 
@@ -139,7 +146,7 @@ TEST_F(ManualTest, PagesHaveTheHelpTexts) {
     for (const std::string& command : kCommands) {
         SCOPED_TRACE(command);
         std::string page = read_text(file("man/man1/halflight-" + command + ".1"));
-        page = replaced(replaced(page, R"(\\f[BIR])", ""), R"(\\([-&e]))", "$1");
+        page = replaced(replaced(page, R"(\\f[BIR]|\\:)", ""), R"(\\([-&e]))", "$1");
         const std::vector<HelpOption> options = help_options(command);
         EXPECT_GT(options.size(), 4U);
         const std::regex entry("\n\\.TP\n-");
@@ -243,7 +250,7 @@ std::vector<Offer> offers_of(const std::string& scene, const std::vector<std::se
                                  {"halflight render --log-level ", {"error", "warning", "note", "detail"}},
                                  {"halflight render --log-level wa", {"warning"}},
                                  {"halflight render " + scene + " --camera ", {"above", "front", "inside", "outside"}},
-                                 {"halflight render " + scene + " --material ", {"floor=", "lamp="}},
+                                 {"halflight render " + scene + " --material floor.r", {"floor.roughness="}},
                                  {"halflight info " + scene.substr(0, scene.size() - 2), {}}};
     for (std::size_t i = 0; i < kCommands.size(); ++i)
         offers.push_back({"halflight " + kCommands[i] + " -", options[i]});
@@ -261,11 +268,10 @@ TEST_F(ManualTest, ZshAndFishOfferOptionsValuesAndNames) {
     for (const std::string shell : {"zsh", "fish"}) {
         if (run({"sh", "-c", "command -v " + shell}).status != 0) continue;
         tested = true;
-        std::vector<std::set<std::string>> found;
-        if (shell == "zsh") found = zsh(command_lines);
+        const std::vector<std::set<std::string>> found = shell == "zsh" ? zsh(command_lines) : fish(command_lines);
         for (std::size_t i = 0; i < offers.size(); ++i) {
             SCOPED_TRACE(shell + ": " + offers[i].line);
-            std::set<std::string> words = shell == "zsh" ? found[i] : fish(offers[i].line);
+            const std::set<std::string>& words = found[i];
             if (offers[i].line.ends_with(".gl")) {
                 EXPECT_EQ(words.size(), 1u);
                 for (const std::string& word : words) expect_has(word, "room.gltf");

@@ -42,7 +42,7 @@ TEST_F(ViewWatch, EditsStayAndDamageKeepsThePicture) {
     const Outcome outcome = watch(
         R"(
         wait samples 2
-        material lamp.emission=4
+        material lamp.emission=4,4,4
         node "1=translate:0.5,0,0"
         select node:3
         wait samples 2
