@@ -98,6 +98,8 @@ Image view_of(const std::filesystem::path& path, const RenderResult& result, con
     if (result.view.pixels.empty())
         throw Error(path.string(), "not written: the picture was made without its view (want_view)");
     check_alpha(path, info.transparent);
+    if (info.encoding && info.encoding->is_hdr() && !has_extension(path, "png"))
+        throw Error(path.string(), "cannot say that its picture is for an HDR display; .png and movies can");
     return info.transparent ? result.view : rgb(result.view);
 }
 

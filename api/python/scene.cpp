@@ -302,8 +302,12 @@ void bind_scene(py::module_& module) {
                                })
         .def("set_ground",
              [](PyScene& s, bool on, std::optional<double> height) {
-                 edit(s, [&](SceneEdits& edits, const Scene&) { edits.ground = on, edits.ground_height = height; });
+                 edit(s, [&](SceneEdits& edits, const Scene&) {
+                     edits.ground = on;
+                     edits.ground_height = on ? height : std::nullopt;
+                 });
              })
+        .def_property_readonly("ground", [](const PyScene& s) { return s.readable().edits().ground; })
         .def("set_light_groups", &set_light_groups)
         .def_property_readonly("light_groups", [](const PyScene& s) { return s.readable().scene().light_groups; })
         .def_property_readonly("hidden",

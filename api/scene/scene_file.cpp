@@ -18,6 +18,7 @@ SceneFile::SceneFile(const std::filesystem::path& path, const GltfOptions& optio
 }
 
 void SceneFile::play(const std::string& animation, const Log& log) {
+    rest_bounds_.reset();
     playing_ = choose_animations(file_, path_, animation, log);
 }
 

@@ -9,6 +9,7 @@
 
 #include "api/halflight/camera.h"
 #include "api/halflight/edit_text.h"
+#include "api/halflight/picture_file.h"
 #include "api/sequence/source_hash.h"
 #include "engine/core/error.h"
 #include "engine/core/hash.h"
@@ -203,7 +204,7 @@ SequencePrints sequence_prints(const std::string& sums, const RenderSettings& se
     if (!settings.want_view) return prints;
     Fingerprint view = picture;
     add_view(view, settings, config);
-    view.values("jpeg {} png {}", output.jpeg_quality, output.png_bits);
+    view.values("jpeg {} png {}", output.jpeg_quality, png_bits(output, config.view(settings.view).encoding()));
     prints.view = view.hex();
     return prints;
 }

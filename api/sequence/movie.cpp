@@ -91,7 +91,7 @@ std::vector<std::string> ffmpeg_arguments(const MovieFormat& format, const std::
     add({"-colorspace", colours, "-color_range", "tv"});
     if (format.encoding) {
         const std::string primaries = name_of_primaries(*format.encoding), curve = name_of_curve(*format.encoding);
-        params += ":color_primaries=" + primaries + ":color_trc=" + curve;
+        params += ":color_primaries=" + primaries + ":color_trc=" + (curve == "gamma22" ? "bt470m" : curve);
         add({"-color_primaries", primaries, "-color_trc", curve});
     }
     add({"-vf",

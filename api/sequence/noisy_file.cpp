@@ -334,6 +334,7 @@ void write_noisy_file(const std::filesystem::path& path, const NoisyPicture& pic
               {"attributes", result.attributes},
               {"info", info_json(picture.info)},
               {"stats", stats_json(result.stats)}};
+    if (picture.info.reproducible) json["stats"]["seconds"] = 0;
     if (picture.metered_exposure) json["metered_exposure"] = number_text(double{*picture.metered_exposure});
     for (const DenoiserWindow& w : noisy.windows) json["windows"].push_back({list(w.first), list(w.size), w.margin});
 

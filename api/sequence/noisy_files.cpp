@@ -5,6 +5,7 @@
 #include <system_error>
 #include <utility>
 
+#include "api/halflight/statistics.h"
 #include "api/sequence/fingerprint.h"
 #include "engine/core/error.h"
 #include "engine/core/memory_ledger.h"
@@ -51,6 +52,9 @@ void NoisyFiles::write(FrameNumber frame, NoisyPicture& picture) const {
     if (!writes()) return;
     picture.info = options_.info(picture.result);
     picture.info.frame = frame;
+    std::string& comments = picture.info.comments;  // the noisy picture is not denoised
+    if (const std::string denoised = denoised_text(options_.reach); comments.ends_with(denoised))
+        comments.resize(comments.size() - denoised.size());
     picture.sums = options_.sums;
     picture.reach = options_.reach;
     picture.metered_exposure = options_.exposure;

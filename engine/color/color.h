@@ -55,7 +55,8 @@ class ViewProcessor {
     const std::string& view() const;
     const std::string& look() const;
     /// Returns how the display encodes colour, measured; none for raw data and for displays of other primaries or
-    /// curves. Configs of version 1 do not tell: those whose display is called sRGB have that encoding, others none.
+    /// curves. Views that end in a space of the scene tell nothing: displays with sRGB in their name have that
+    /// encoding, others none.
     const std::optional<DisplayEncoding>& encoding() const;
     std::string cache_id() const;  ///< Returns a text that is the same for equal transforms, without the exposure.
 

@@ -216,9 +216,9 @@ ViewProcessor ColorConfig::view(const ViewTransform& wanted) const {
         const auto end = config.getColorSpace(end_name.c_str());
         const bool is_data = end && end->isData();
         data->encoding = encoding_of(config, end);
-        // Configs of version 1 have no spaces of displays, so only names tell.
-        const bool old = config.getMajorVersion() < 2 && !is_data;
-        if (old && data->display.find("sRGB") != std::string::npos)
+        // Views that end in a space of the scene, as all do in version 1, do not tell; only names do.
+        const bool of_scene = end && !is_data && end->getReferenceSpaceType() == ocio::REFERENCE_SPACE_SCENE;
+        if (of_scene && data->display.find("sRGB") != std::string::npos)
             data->encoding = DisplayEncoding{1, TransferCurve::srgb};
         data->tone_map = tone_map_of(config, data->display, data->view);
         const auto append_conversion = [&](ocio::GroupTransformRcPtr& to, ocio::TransformDirection direction) {

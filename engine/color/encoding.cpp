@@ -43,7 +43,7 @@ std::optional<DisplayEncoding> encoding_of(const ocio::Config& config, const oci
     for (std::size_t c = 0; c < 3; ++c) colours[4 * c] = 1;
     for (std::size_t i = 0; i < 3 * kSteps; ++i) colours[9 + i] = static_cast<float>(i / 3 + 1) / kSteps;
     try {
-        // The displays of a config meet in CIE XYZ relative to D65.
+        // The reference space of displays is CIE XYZ relative to D65.
         ocio::ConstTransformRcPtr transform = space->getTransform(ocio::COLORSPACE_DIR_TO_REFERENCE);
         ocio::TransformDirection direction = ocio::TRANSFORM_DIR_FORWARD;
         if (!transform) {

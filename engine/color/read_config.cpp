@@ -94,7 +94,7 @@ std::string read(const fs::path& path) {
 
 ConfigFile read_config(const fs::path& path) {
     ocio::ClearAllCaches();  // LUTs may have changed since another config was read
-    if (path.string().starts_with("ocio:")) {
+    if (path.string().starts_with("ocio://")) {
 #if OCIO_VERSION_HEX >= 0x02020000
         return {ocio::Config::CreateFromFile(path.c_str()), {}};
 #else

@@ -10,7 +10,7 @@ namespace halflight {
 
 /// Curve from linear light to the values of a display image. Numbers are TransferCharacteristics of ITU-T H.273.
 enum class TransferCurve : std::uint8_t {
-    bt1886 = 1,  // power of 1 / 2.4 (ITU-R BT.1886), which files tag as BT.709
+    bt1886 = 1,  // power of 1 / 2.4 (ITU-R BT.1886), which movies tag as the camera's curve of BT.709
     gamma22 = 4,
     srgb = 13,     // IEC 61966-2-1
     pq = 16,       // SMPTE ST 2084: 1 is 10000 nits
@@ -27,6 +27,8 @@ struct DisplayEncoding {
 
     /// Returns whether the encoding is that of sRGB, which programs expect of files without tags.
     bool is_srgb() const { return *this == DisplayEncoding{1, TransferCurve::srgb}; }
+    /// Returns whether the numbers state the curve exactly. Those of cameras and of cinema stand for others.
+    bool exact() const { return curve != TransferCurve::bt1886 && curve != TransferCurve::gamma26; }
     bool is_hdr() const { return curve == TransferCurve::pq || curve == TransferCurve::hlg; }
 };
 

@@ -35,7 +35,7 @@ class Encoder : public PngErrors {
             png_set_iCCP(png_, info_, "display", PNG_COMPRESSION_TYPE_BASE,
                          reinterpret_cast<png_const_bytep>(profile.data()), static_cast<png_uint_32>(profile.size()));
         png_write_info_before_PLTE(png_, info_);
-        if (options.encoding) {
+        if (options.encoding && options.encoding->exact()) {
             const png_byte code[] = {options.encoding->primaries, static_cast<png_byte>(options.encoding->curve), 0, 1};
             png_write_chunk(png_, reinterpret_cast<png_const_bytep>("cICP"), code, sizeof(code));
         }

@@ -30,8 +30,8 @@ struct PngText {
 struct PngOptions {
     int bits = 8;  // bits of a channel: 8 or 16
     PngText text{};
-    // How the values are encoded: chunk cICP (PNG, third edition, 11.3.2.6) and, unless HDR, an ICC profile. None: no
-    // tags; programs expect sRGB then.
+    // How the values are encoded: if exact(), chunk cICP (PNG, third edition, 11.3.2.6) and, unless HDR, an ICC
+    // profile. None: no tags; programs expect sRGB then.
     std::optional<DisplayEncoding> encoding{};
 };
 

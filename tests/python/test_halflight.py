@@ -255,6 +255,7 @@ class Edits(InFolder):
         self.assertFalse(np.array_equal(ground, self.before))
         np.testing.assert_array_equal(ground, hl.render(self.scene, **SMALL)["beauty"])
         self.assertNotIn("ground", self.scene.edit_options())  # no object that edits may name
+        self.assertTrue(self.scene.ground)
         self.scene.set_ground(False)
         self.check_undone()
 

@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <regex>
+#include <vector>
 
+#include "engine/core/error.h"
 #include "engine/core/names.h"
 #include "engine/io/files.h"
 #include "tools/halflight/commands.h"
@@ -133,11 +135,16 @@ halflight view scene.glb
 void remove_old_pages(const std::filesystem::path& folder, const Manual& manual) {
     constexpr std::uint64_t kMostBytes = 1 << 20;
     std::error_code none;
+    std::vector<std::filesystem::path> old;
     for (const auto& entry : std::filesystem::directory_iterator(folder, none)) {
         const std::string name = entry.path().filename().string();
         if (!name.starts_with("halflight-") || !name.ends_with(".1") || manual.files.contains(entry.path())) continue;
-        if (read_file(entry.path(), kMostBytes).starts_with(".TH HALFLIGHT\\-")) std::filesystem::remove(entry.path());
+        try {
+            if (read_file(entry.path(), kMostBytes).starts_with(".TH HALFLIGHT\\-")) old.push_back(entry.path());
+        } catch (const Error&) {  // no page that this program has written
+        }
     }
+    for (const auto& page : old) std::filesystem::remove(page, none);
 }
 
 }  // namespace

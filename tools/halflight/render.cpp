@@ -185,6 +185,7 @@ void render_picture(const RenderArguments& a, Watched* watched) {
         ProgressDisplay display(stderr, progress_form(a.log.quiet(), a.json_progress), settings.time_limit, earlier);
         const Interruptible stops([&] {
             stop_point(a.outputs[0], "before rendering");
+            if (watched) watched->owns = true;
             if (watched && watched->files.changed()) throw FilesChanged();
         });
         const StepWatch programs([&](const char* what, int number) {

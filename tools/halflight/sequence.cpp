@@ -63,6 +63,7 @@ void run_sequence(const RenderArguments& a, Watched* watched) {
     events.started = [&](std::size_t todo) {
         display.emplace(stderr, progress_form(a.log.quiet(), a.json_progress), todo, settings.time_limit);
         clock = Stopwatch();
+        if (watched) watched->owns = true;  // no frame was refused
     };
     events.progress = [&](FrameNumber frame, const RenderProgress& progress) {
         display->show(frame, progress);

@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "engine/gpu/driver_needs.h"
+#include "engine/io/files.h"
 #include "engine/io/gltf/named_files.h"
 #include "tools/cli/console.h"
 #include "tools/cli/signals.h"
@@ -38,7 +39,7 @@ bool render_once(const RenderArguments& first, const std::function<RenderArgumen
     try {
         add_named(first, watched.files);
         RenderArguments a = reread();
-        a.overwrite |= again;  // frames and checkpoints are those of an earlier state of the files
+        a.overwrite |= watched.owns;  // frames and checkpoints are those of an earlier state of the files
         add_named(a, watched.files);
         render(a, &watched);
         return true;
@@ -48,6 +49,10 @@ bool render_once(const RenderArguments& first, const std::function<RenderArgumen
     } catch (const UsageError& error) {
         if (!again) throw;
         tell(error.what());
+    } catch (const gpu::ContextLost&) {
+        throw;
+    } catch (const DiskError&) {
+        throw;
     } catch (const std::bad_alloc&) {
         tell("out of memory");
     } catch (const std::exception& error) {

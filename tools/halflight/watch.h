@@ -12,7 +12,8 @@ namespace halflight {
 /// What the pictures of --watch share.
 struct Watched {
     std::shared_ptr<gpu::Context> context;
-    FileWatch files;  // files of the picture that is being made, or was made last
+    FileWatch files;    // files of the picture that is being made, or was made last
+    bool owns = false;  // frames and checkpoints that are there were made, or accepted, by this process
 
     /// Watches the files that a scene and a colour config were read from.
     void take(const LoadedScene& scene, const ColorConfig& colors);

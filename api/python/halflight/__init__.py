@@ -168,6 +168,7 @@ class Scene:
                         doc="Render settings of the settings file of load(), for render(scene, **scene.settings).")
     instances = property(lambda self: self._native.instances, doc="Names of the instances of meshes, also of hidden ones.")
     lights = property(lambda self: self._native.lights, doc="Lights with their edits, as dicts.")
+    ground = property(lambda self: self._native.ground, doc="Whether the scene has a ground (set_ground()).")
     shadow_catchers = property(lambda self: self._native.shadow_catchers, doc="Names of shadow catchers.")
     light_groups = property(lambda self: self._native.light_groups, doc="Names of light groups, \"rest\" last.")
     bounds = property(lambda self: self._native.bounds, doc="Lower and upper corner of all surfaces, metres.")

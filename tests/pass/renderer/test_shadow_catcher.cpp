@@ -214,20 +214,20 @@ TEST_F(ShadowCatcher, ShadowsHaveAnErrorThatIsKnown) {
     const ColorConfig colors = ColorConfig::load();
     for (const bool transparent : {true, false}) {
         RenderSettings settings = wide(16);
-        settings.width = settings.height = 48;
+        settings.width = settings.height = 32;
         settings.transparent = transparent;
         FrameSettings many = settings;
-        many.samples = 2048;
+        many.samples = 512;
         const Image reference = Renderer(prepared, colors, settings).render(many).beauty;
         for (const bool adaptive : {false, true}) {
             SCOPED_TRACE(testing::Message()
                          << (transparent ? "alpha" : "colour") << (adaptive ? ", adaptive" : ", even"));
             settings.adaptive = adaptive;
             settings.error = ErrorTarget{ErrorMetric::mse, 1e-12};
-            settings.samples = adaptive ? 64 : 16;
+            settings.samples = adaptive ? 32 : 16;
             Renderer renderer(prepared, colors, settings);
             double error = 0, estimate = 0;
-            constexpr int kPictures = 12;
+            constexpr int kPictures = 8;
             RunningMoments means;
             FrameSettings frame = settings;
             for (frame.seed = 1; frame.seed <= kPictures; ++frame.seed) {
@@ -236,9 +236,11 @@ TEST_F(ShadowCatcher, ShadowsHaveAnErrorThatIsKnown) {
                 estimate += result.stats.error->estimate.value / kPictures;
                 means.add(mean_of_pixels(alpha_of(result.beauty), 0).value);
             }
-            EXPECT_NEAR(estimate / error, 1, 0.25) << "estimate " << estimate << ", error " << error;
+            EXPECT_NEAR(estimate / error, 1, 0.3) << "estimate " << estimate << ", error " << error;
             const double deviation = std::sqrt(means.variance() / kPictures);
-            EXPECT_NEAR(means.mean(), mean_of_pixels(alpha_of(reference), 0).value, 4 * deviation + 1e-4);
+            // The quotient of noisy sums has a bias, which falls with the number of samples.
+            const double expected = mean_of_pixels(alpha_of(reference), 0).value;
+            EXPECT_NEAR(means.mean(), expected, 4 * deviation + 0.02 * expected);
         }
     }
 }

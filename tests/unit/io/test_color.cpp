@@ -112,7 +112,7 @@ TEST(Color, EncodingsOfDisplaysAreMeasured) {
     }
     EXPECT_EQ(built_in().view({"Display P3", "agx", "", 0}).encoding(), (DisplayEncoding{12, srgb}));
     EXPECT_FALSE(built_in().view({"", "Raw", "", 0}).encoding());
-    // Of these 100 nits, 1 is white.
+    // 1 is 100 nits, whose PQ value is 0.508.
     EXPECT_NEAR(shown(built_in().view({"rec.2100-pq", "un-tone-mapped", "", 0}), vec3(1)).y, 0.508, 1e-3);
 }
 

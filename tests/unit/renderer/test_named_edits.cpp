@@ -379,7 +379,7 @@ TEST(NodeEdits, AGroundLiesBelowTheScene) {
         return scene.instances.back();
     };
     for (LoadedScene* scene : {&at_once, &later}) {
-        EXPECT_EQ(scene->chosen_camera().camera, plain.chosen_camera().camera);
+        EXPECT_EQ(scene->chosen_camera().camera.camera_to_world, plain.chosen_camera().camera.camera_to_world);
         const Instance first = ground(scene->scene());
         EXPECT_TRUE(first.catcher);
         EXPECT_NEAR(first.object_to_world[3].y, bounds.lower.y, 1e-3 * (bounds.upper.x - bounds.lower.x));
