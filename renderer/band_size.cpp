@@ -10,7 +10,7 @@
 namespace halflight {
 
 void check_denoiser_windows(const RenderSettings& s, int texture_size) {
-    if (!s.denoise) return;
+    if (!has_halves(s)) return;
     for (const DenoiserWindow& w :
          denoiser_windows(s.camera.optics, {s.width, s.height}, rendered_window(s, s.camera.optics)))
         if (const int wide = w.size.x + 2 * w.margin; w.margin > 0 && wide > texture_size)

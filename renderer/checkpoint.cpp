@@ -25,7 +25,7 @@
 namespace halflight {
 namespace {
 
-constexpr std::string_view kMagic = "halflight checkpoint 3\n";
+constexpr std::string_view kMagic = "halflight checkpoint 4\n";
 constexpr std::string_view kSuffix = ".sums";
 constexpr std::uint64_t kMostHeader = 65536;  // bytes
 
@@ -278,7 +278,7 @@ void Checkpoint::save(SavedBand band, std::size_t arrays, const std::function<By
     since_save_ = {};
 }
 
-std::optional<SavedBand> Checkpoint::load(int y, int rows, std::size_t arrays,
+std::optional<SavedBand> Checkpoint::load(int y, int rows, const std::function<std::size_t(const SavedBand&)>& arrays,
                                           const std::function<void(std::size_t, Bytes)>& take) const {
     const auto of_rows = std::ranges::find_if(
         earlier_, [&](const auto& e) { return e.first < y + rows && y < e.first + e.second.rows; });
@@ -288,7 +288,8 @@ std::optional<SavedBand> Checkpoint::load(int y, int rows, std::size_t arrays,
                     "was made with bands of {} rows, not {}, by another driver or within other memory; {}",
                     of_rows->second.rows, rows, advice());
     Reader reader(file_of(y), advice());
-    for (std::size_t i = 0; i < arrays; ++i) {
+    const std::size_t count = arrays(reader.head.band);
+    for (std::size_t i = 0; i < count; ++i) {
         const std::string_view bytes = reader.array();
         const auto* const from = reinterpret_cast<const std::byte*>(bytes.data());
         take(i, {from, from + bytes.size()});

@@ -72,9 +72,9 @@ class Checkpoint {
     void save(SavedBand band, std::size_t arrays, const std::function<Bytes(std::size_t)>& array);
     /// Returns the last failure of save() for the first band that was not saved since; empty: none.
     std::string problem() const { return problems_.empty() ? std::string() : problems_.begin()->second; }
-    /// Returns a band that an earlier run has saved; none if there is none. Calls `take` with each array. Throws
-    /// Error if the file is damaged, or if bands had another number of rows.
-    std::optional<SavedBand> load(int y, int rows, std::size_t arrays,
+    /// Returns a band that an earlier run has saved; none if there is none. Calls `take` with each array, whose number
+    /// is `arrays` of the band. Throws Error if the file is damaged, or if bands had another number of rows.
+    std::optional<SavedBand> load(int y, int rows, const std::function<std::size_t(const SavedBand&)>& arrays,
                                   const std::function<void(std::size_t, Bytes)>& take) const;
 
     /// Removes all files and the folder, after the picture was written.

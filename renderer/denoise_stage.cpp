@@ -29,6 +29,10 @@ DenoiserBlur blur_of(const Camera& camera, const ivec2& picture) {
 
 }  // namespace
 
+DenoiseStage::DenoiseStage(gpu::ProgramCache& programs, const ivec2& size, std::optional<ViewProcessor> view,
+                           bool transparent)
+    : desc_{size.x, size.y, GL_RGBA32F}, view_(std::move(view)), executor_(programs), transparent_(transparent) {}
+
 DenoiseStage::DenoiseStage(gpu::ProgramCache& programs, const RenderSettings& settings, const ColorConfig& colors,
                            const FrameNeeds& needs, const SceneNeeds& scene)
     : desc_{settings.width, settings.height, GL_RGBA32F}, executor_(programs) {
@@ -39,7 +43,8 @@ DenoiseStage::DenoiseStage(gpu::ProgramCache& programs, const RenderSettings& se
     const bool direct = needs.shadow || needs.continuation, indirect = needs.continuation && bounces_of(settings) > 1;
     present_ = {scene.diffuse && direct, scene.diffuse && indirect, scene.glossy && direct};
     chains_ = bool(needs.chains);
-    if (neighbour_frames(settings) == 0) own_.emplace(desc_, present_, chains_);
+    filters_ = settings.denoise;
+    if (filters_ && neighbour_frames(settings) == 0) own_.emplace(desc_, present_, chains_);
 }
 
 void DenoiseStage::begin(NoisyFrame* frame, const Camera& camera, const Band& band, const ivec2& shown) {
@@ -93,7 +98,7 @@ std::optional<DenoiseStage::Made> DenoiseStage::make(
 
 void DenoiseStage::apply(Film& film, bool complete) {
     if (kept_) kept_->has_halves = complete && has_halves_;
-    if (kept_ || !complete || !has_halves_) return;
+    if (kept_ || !filters_ || !complete || !has_halves_) return;
     std::optional<Made> made = make(windows_, [&](graph::Graph& graph, const DenoiserWindow& window) {
         return Inputs{add_lens_blur(graph, add_window(graph, own_->import_pixels(graph), window), blur_)};
     });
@@ -141,10 +146,10 @@ void DenoiseStage::denoise(NoisyFrame& frame, std::span<const NearFrame> near, R
     };
     std::optional<Made> made;
     if (frame.has_halves) made = make(frame.windows, inputs);
-    if (!made) return;
     const ivec2 size(result.beauty.width, result.beauty.height);
-    result.beauty = part_of(made->picture, frame.shown, size);
+    if (made) result.beauty = part_of(made->picture, frame.shown, size);
     if (view_) result.view = view_->apply(transparent_ ? straight(result.beauty) : result.beauty);
+    if (!made) return;
     const AovInfo& layer = *find_aov("denoiser");
     for (ExrLayer& own : result.aovs) {
         if (own.channels != layer.channel_names()) continue;

@@ -20,6 +20,9 @@ namespace halflight {
 /// once.
 class DenoiseStage {
   public:
+    /// Prepares for pictures of `size` pixels that come from elsewhere: denoise() alone may be called. view: the view
+    /// transform; none: no view is made. transparent: as PictureSettings::transparent.
+    DenoiseStage(gpu::ProgramCache& programs, const ivec2& size, std::optional<ViewProcessor> view, bool transparent);
     /// Prepares for settings with `denoise`. Throws Error if the driver has no textures so large.
     DenoiseStage(gpu::ProgramCache& programs, const RenderSettings& settings, const ColorConfig& colors,
                  const FrameNeeds& needs, const SceneNeeds& scene);
@@ -66,6 +69,7 @@ class DenoiseStage {
     graph::Executor executor_;
     std::size_t transient_bytes_ = 0;
     bool transparent_ = false;
+    bool filters_ = true;      // false: pictures stay noisy, and are kept
     bool has_halves_ = false;  // a band has samples in both halves
     bool denoised_ = false;    // the last apply() has replaced the picture
 };

@@ -44,7 +44,7 @@ class Film {
 
     /// Sums over a band's samples, by path index (see Accumulated); empty if the frame left them out.
     struct Sums {
-        std::vector<double> emission{}, direct{}, indirect{}, squares{}, features{}, groups{};
+        std::vector<double> emission{}, direct{}, indirect{}, squares{}, features{}, groups{}, catchers{};
         double beauty(std::size_t path, std::size_t channel) const;
     };
     void add_sums(const Band& band, int samples, const Sums& sums);

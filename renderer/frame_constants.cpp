@@ -210,7 +210,8 @@ SampleView sample_view(const FrameSettings& frame, const Band& band, std::uint32
     SampleView view{.band = band, .sample = index, .begins = index == static_cast<std::uint32_t>(frame.first_sample)};
     // Parts of a picture have halves together, and other ranges of samples have halves of their own.
     view.first_half = in_first_half(frame.parts > 1 ? index : index - static_cast<std::uint32_t>(frame.first_sample));
-    const std::uint32_t of_frame = shared::hash_combine(shared::hash_u32(frame.seed), frame.frame);
+    const std::uint32_t of_frame =
+        shared::hash_combine(shared::hash_u32(frame.seed), static_cast<std::uint32_t>(frame.frame));
     view.seed = of_frame;
     // The first points of unrelated sequences are independent.
     if (points == SamplePoints::independent) view.seed = shared::hash_combine(view.seed, index), view.sample = 0;

@@ -8,8 +8,8 @@ FrameOptions frame_options(const RenderSettings& settings, const Estimator& aske
     return {.bounces = bounces_of(settings),
             .want_squares = asked_for(settings, {LayerSource::squares}) || settings.adaptive,
             .want_features =
-                asked_for(settings, {LayerSource::features}) || settings.preview.of_picture() || settings.denoise,
-            .denoise = settings.denoise,
+                asked_for(settings, {LayerSource::features}) || settings.preview.of_picture() || has_halves(settings),
+            .denoise = has_halves(settings),
             .adaptive = settings.adaptive,
             .want_hits = asked_for(settings, {LayerSource::objects, LayerSource::materials}),
             .culling = settings.culling,

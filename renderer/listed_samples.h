@@ -31,15 +31,16 @@ class ListedSamples {
           sample_of_(std::move(sample_of)) {
         const std::uint32_t most = wanted_.empty() ? 0 : *std::ranges::max_element(wanted_);
         for (std::uint32_t number = most > 0 ? *std::ranges::min_element(from_) : 0; number < most; ++number)
-            by_time_[sample_of_(number).at].push_back(number);
+            by_time_[time_of(sample_of_(number))].push_back(number);
         time_ = by_time_.begin();
         begin_block();
         skip_finished();
     }
 
     bool done() const { return time_ == by_time_.end(); }
-    /// Returns SampleView::at of the samples of the next run.
-    double at() const { return time_->first; }
+    /// Returns SampleView::at and seed of the samples of the next run.
+    double at() const { return time_->first.first; }
+    std::uint32_t seed() const { return time_->first.second; }
     /// Returns the number of samples that each block has after the runs so far.
     const std::vector<std::uint32_t>& taken() const { return taken_; }
     /// Returns the number of samples in the first half that each block got in the runs so far.
@@ -50,7 +51,8 @@ class ListedSamples {
                std::accumulate(taken_.begin(), taken_.end(), std::uint64_t{0});
     }
 
-    /// Returns the blocks of the next run, whose samples have the same time; blocks that are left over are kNoBlock.
+    /// Returns the blocks of the next run, whose samples have the same time and seed; blocks that are left over are
+    /// kNoBlock.
     std::vector<shared::SampledBlock> next_run() {
         std::vector<shared::SampledBlock> run(wanted_.size(), shared::SampledBlock{shared::kNoBlock, 0, vec2(0)});
         const auto time = time_;
@@ -67,6 +69,9 @@ class ListedSamples {
     }
 
   private:
+    using Time = std::pair<double, std::uint32_t>;  // SampleView::at and seed
+    static Time time_of(const SampleView& sample) { return {sample.at, sample.seed}; }
+
     /// Goes on to the next sample: of the block, of the blocks after it, or of the next time.
     void skip_finished() {
         for (; !done(); ++time_, block_ = 0, begin_block()) {
@@ -83,8 +88,8 @@ class ListedSamples {
 
     std::vector<std::uint32_t> from_, taken_, first_halves_, wanted_;
     SampleOf sample_of_;
-    std::map<double, std::vector<std::uint32_t>> by_time_;  // numbers of samples, rising, by SampleView::at
-    std::map<double, std::vector<std::uint32_t>>::const_iterator time_;
+    std::map<Time, std::vector<std::uint32_t>> by_time_;  // numbers of samples, rising
+    std::map<Time, std::vector<std::uint32_t>>::const_iterator time_;
     std::size_t block_ = 0, next_ = 0;  // the next sample: its block, and its place among those of the time
 };
 

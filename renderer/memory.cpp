@@ -24,7 +24,6 @@ using Source = LayerSource;
 constexpr std::size_t kMiB = std::size_t{1} << 20;
 constexpr std::size_t kLeastTilePool = 16 * kMiB;
 constexpr std::size_t kTexel = sizeof(vec4);
-constexpr std::size_t kReplicatesBytes = 3 * (sizeof(double) + kReplicates * sizeof(float));  // bytes per path
 /// Bytes per pixel of IdCoverage: a list head, and an entry for each visible object. Pixels at edges have several
 /// entries. Twice as many entries as pixels are more than the pictures of scenes/ have after many samples. A growing
 /// vector has room for twice as many again.
@@ -127,6 +126,11 @@ struct DeclaredBand {
     }
 };
 
+/// Returns the bytes per path of the replicates of an error target.
+std::size_t replicates_bytes(const SceneNeeds& scene, const RenderSettings& s) {
+    return s.error ? BandReplicates::bytes(scene.catchers ? Shadows::in_alpha : Shadows::none) : 0;
+}
+
 /// Returns the bytes per pixel; see PreviewPicture.
 std::size_t preview_bytes(const Preview& p) {
     if (!p.of_picture()) return 0;
@@ -139,19 +143,20 @@ std::size_t preview_bytes(const Preview& p) {
 /// whether specular chains are followed.
 std::size_t denoiser_bytes(const RenderSettings& s, bool chains) {
     const int near = 2 * neighbour_frames(s);
-    if (!s.denoise) return 0;
+    if (!has_halves(s)) return 0;
     const auto frames = static_cast<std::size_t>(near);
     const std::size_t mirrored = chains ? kDenoiserChainBytes + frames * kTexel : 0;  // properties and motion
     const std::size_t places = NoisyFrame::kPlaceBytes + (chains ? NoisyFrame::kMirroredBytes : 0);
     const std::size_t blurred = s.camera.lens.blurs() ? (frames + 1) * kDenoiserLensBytes : 0;
     constexpr std::size_t kReplaced = 9 * kTexel;  // measured: pictures and weights, and the driver's copies
     return kDenoiserPixelBytes + kReplaced + mirrored + blurred + (near > 0 ? kDenoiserNeighbourBytes + places : 0) +
-           frames * (denoiser_frame_bytes(near) + mirrored + film_bytes(s));
+           frames * (denoiser_frame_bytes(near) + mirrored + film_bytes(s)) +
+           (s.keep_noisy ? denoiser_frame_bytes(near) + mirrored : 0);  // copies for the file
 }
 
 /// Returns the bytes that the largest window of the denoiser takes on top: copies, and transients of its margins.
 std::size_t denoiser_window_bytes(const RenderSettings& s, bool chains) {
-    if (!s.denoise) return 0;
+    if (!has_halves(s)) return 0;
     const PixelWindow rendered = rendered_window(s, s.camera.optics);
     std::size_t most = 0;
     for (const DenoiserWindow& w : denoiser_windows(s.camera.optics, {s.width, s.height}, rendered)) {
@@ -228,7 +233,7 @@ MemoryEstimate estimate_memory(const SceneNeeds& scene, const SceneSize& size, R
     const FrameOptions options = frame_options(s, asked);
     const DeclaredBand band(scene, s, options, size.drawn > traced(size));
     const std::size_t paths = band.band.paths(), bands = band.bands(), state = band.state_bytes();
-    const std::size_t matte = mattes(s) * kMatte, replicates = s.error ? kReplicatesBytes : 0;
+    const std::size_t matte = mattes(s) * kMatte, replicates = replicates_bytes(scene, s);
     MemoryEstimate m{.program = kProgramBytes,
                      .scene = scene_bytes(size),
                      .band = band.graphs.transient_bytes() + band.sum_bytes() + (paged + pictures) * paths,
@@ -236,7 +241,9 @@ MemoryEstimate estimate_memory(const SceneNeeds& scene, const SceneSize& size, R
                      .reading = band.reading_bytes(s) + (pictures + matte + replicates) * paths};
     add_whole_picture(m, s, use, bool(band.needs.chains));
     // Bands that grow together keep their sums, replicates and mattes.
-    if (s.adaptive && s.error) m.reading += (bands - 1) * (band.sum_bytes() + (matte + replicates) * paths);
+    const bool together = s.adaptive && (s.error || s.time_limit > 0);
+    if (together) m.reading += (bands - 1) * (band.sum_bytes() + (matte + replicates) * paths);
+    if (s.parts > 1) m.reading += (together ? bands : 1) * (band.sum_bytes() + replicates * paths);  // totals of parts
     return m;
 }
 

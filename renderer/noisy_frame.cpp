@@ -1,5 +1,7 @@
 #include "renderer/noisy_frame.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -52,6 +54,30 @@ DenoiserPixels DenoiserTextures::import_pixels(graph::Graph& graph) {
     if (glossy_guide_)
         pixels.glossy_guide = import(*glossy_guide_), pixels.glossy_reflectance = import(*glossy_reflectance_);
     return pixels;
+}
+
+NamedTextures DenoiserTextures::named() {
+    constexpr std::array kNames = {"direct_diffuse", "indirect_diffuse", "glossy"};
+    static_assert(kNames.size() == kFilteredLights.size());
+    NamedTextures all{{"mean", &mean_},
+                      {"guide", &guide_},
+                      {"reflectance", &reflectance_},
+                      {"diffuse_albedo", &diffuse_albedo_},
+                      {"glossy_albedo", &glossy_albedo_}};
+    for (std::size_t i = 0; i < light_.size(); ++i) {
+        if (!light_[i]) continue;
+        all.emplace_back(fmt::format("{}_first", kNames[i]), &light_[i]->first);
+        all.emplace_back(fmt::format("{}_second", kNames[i]), &light_[i]->second);
+    }
+    if (glossy_guide_) all.emplace_back("glossy_guide", &*glossy_guide_);
+    if (glossy_reflectance_) all.emplace_back("glossy_reflectance", &*glossy_reflectance_);
+    return all;
+}
+
+DenoiserTextures::Present DenoiserTextures::present() const {
+    Present present{};
+    std::ranges::transform(light_, present.begin(), [](const auto& light) { return light.has_value(); });
+    return present;
 }
 
 std::size_t DenoiserTextures::bytes() const {
@@ -150,6 +176,25 @@ void NoisyFrame::add_motion(int offset, const Camera& own, const Camera& other, 
                 .try_emplace(offset, "denoiser motion", gpu::TextureDesc{size_.x, size_.y, GL_RGBA32F});
         at->second.upload(std::span<const float>(motion.pixels));
     }
+}
+
+void NoisyFrame::reserve_motion(const ivec2& size, std::span<const int> offsets, std::span<const int> glossy_offsets) {
+    const gpu::TextureDesc desc{size.x, size.y, GL_RGBA32F};
+    for (const int offset : offsets) motion_.try_emplace(offset, "denoiser motion", desc);
+    for (const int offset : glossy_offsets) glossy_motion_.try_emplace(offset, "denoiser motion", desc);
+}
+
+NamedTextures NoisyFrame::named() {
+    NamedTextures all = pixels->named();
+    for (auto& [offset, texture] : motion_) all.emplace_back(fmt::format("motion{:+}", offset), &texture);
+    for (auto& [offset, texture] : glossy_motion_) all.emplace_back(fmt::format("glossy_motion{:+}", offset), &texture);
+    return all;
+}
+
+std::vector<int> NoisyFrame::offsets(bool glossy) const {
+    std::vector<int> offsets;
+    for (const auto& [offset, texture] : glossy ? glossy_motion_ : motion_) offsets.push_back(offset);
+    return offsets;
 }
 
 gpu::Texture* NoisyFrame::motion(int offset) {

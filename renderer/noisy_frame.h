@@ -1,9 +1,11 @@
-// A frame as the denoiser reads it. Frames of a sequence are kept for the frames near them.
+// A frame as the denoiser reads it. Frames of a sequence are kept for the frames near them, in memory or as files.
 #pragma once
 
 #include <map>
 #include <optional>
 #include <span>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "engine/core/image.h"
@@ -17,6 +19,9 @@
 
 namespace halflight {
 
+/// Textures by the names that they have in files.
+using NamedTextures = std::vector<std::pair<std::string, gpu::Texture*>>;
+
 /// Textures of DenoiserPixels.
 class DenoiserTextures {
   public:
@@ -26,6 +31,10 @@ class DenoiserTextures {
     DenoiserTextures(const gpu::TextureDesc& desc, const Present& present, bool chains);
 
     DenoiserPixels import_pixels(graph::Graph& graph);
+    NamedTextures named();
+    Present present() const;
+    bool has_chains() const { return glossy_guide_.has_value(); }
+    const gpu::TextureDesc& desc() const { return mean_.desc(); }
     std::size_t bytes() const;
 
   private:
@@ -56,6 +65,12 @@ class NoisyFrame {
     void add_motion(int offset, const Camera& own, const Camera& other, const PreviousSurfaces* surfaces);
     /// Frees what only add_motion() needs.
     void finish() { places_ = {}, mirrored_ = {}; }
+    /// Makes textures of motion to other frames, for named() to fill.
+    void reserve_motion(const ivec2& size, std::span<const int> offsets, std::span<const int> glossy_offsets);
+    /// Returns the textures of pixels and motion.
+    NamedTextures named();
+    /// Returns the offsets of the frames to which there is motion. glossy: motion of what glossy light shows.
+    std::vector<int> offsets(bool glossy) const;
 
     /// Returns the motion to the frame that is `offset` frames later; null: none was made.
     gpu::Texture* motion(int offset);

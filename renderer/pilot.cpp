@@ -190,7 +190,7 @@ bool find_estimator(PreparedScene& scene, const ColorConfig& colors, const Rende
     }
     // Edges are one-dimensional: the larger a picture, the smaller their share of its pixels.
     const double scale = double(pilot.width) / double(settings.width);
-    const double reflected = settings.denoise ? kDenoisedError : 1;
+    const double reflected = has_halves(settings) ? kDenoisedError : 1;
     for (PilotErrors* errors : {&figures.plain, &figures.tried}) {
         errors->emission *= scale;
         errors->direct *= reflected;

@@ -98,9 +98,7 @@ RenderResult Renderer::render(const FrameSettings& wanted, const PictureInputs& 
                               const ProgressCallback& progress) {
     state().scene.check_usable();
     check_settings(state().settings, wanted,
-                   {.shutter = bool(inputs.pose),
-                    .checkpoint = inputs.checkpoint != nullptr,
-                    .catchers = state().scene.tables().catchers});
+                   {.shutter = bool(inputs.pose), .checkpoint = inputs.checkpoint != nullptr});
     const Stopwatch watch;
     follow_camera(wanted.camera);
     State& s = state();
@@ -132,7 +130,7 @@ RenderResult Renderer::render(const FrameSettings& wanted, const PictureInputs& 
         s.scene.context().check("rendering");
         s.finish(to, film, frame, done, watch, compiled_before);
     };
-    const SamplePlan plan = plan_of(s.settings, frame, s.cache != nullptr, !inputs.merged.empty());
+    const SamplePlan plan = plan_of(s.settings, frame, s.cache != nullptr, inputs.checkpoint != nullptr);
     const bool in_order = frame.shutter_times.value_or(0) == 0;  // else, later shutter times may be missing
     const bool whole_sums = plan.sequences == 1 && plan.parts == 1 && plan.least == 0;
     const bool sums_are_there = in_order && whole_sums && (plan.together || s.bands.count == 1);

@@ -62,7 +62,7 @@ std::vector<double> Renderer::State::read(const gpu::Buffer* b) {
 }
 
 Film::Sums Renderer::State::light(const SumBuffers& sums) {
-    return {read(sums.emission), read(sums.direct), read(sums.indirect), {}, {}, {}};
+    return {read(sums.emission), read(sums.direct), read(sums.indirect), {}, {}, {}, {}};
 }
 
 }  // namespace halflight

@@ -49,6 +49,9 @@ Renderer::State::State(std::unique_ptr<PreparedScene> o, PreparedScene& s, const
     check_light_groups(settings, scene.light_groups());
     settings.kept = scene.kept();
     settings.estimator = scene.estimator();
+    // Blue noise needs a number of samples that all pixels share.
+    if (SamplePoints& points = settings.estimator.sampler; settings.adaptive && points == SamplePoints::blue_noise)
+        points = SamplePoints::sobol;
     settings.primary =
         resolved(settings.primary, scene.drawn_triangles(), ivec2(settings.width, settings.height),
                  shown_by_tracing(settings.camera.optics, settings.camera.lens.blurs(), has_overscan(asked)));
@@ -82,7 +85,7 @@ Renderer::State::State(std::unique_ptr<PreparedScene> o, PreparedScene& s, const
     if (options.runs > 0 && !needs().tiles) servers.tracer->expect(options.runs);
     if (settings.measure) servers.tracer->count();
     if (settings.preview.of_picture()) preview.emplace(scene.programs(), settings, colors);
-    if (settings.denoise) denoiser.emplace(scene.programs(), settings, colors, needs(), scene.buffers().needs());
+    if (has_halves(settings)) denoiser.emplace(scene.programs(), settings, colors, needs(), scene.buffers().needs());
     executor.measure(settings.measure);
     executor.compile_ahead(!servers.rows && !needs().tiles);  // else, passes replace tables that kernels bind
     bands.places.resize(1);

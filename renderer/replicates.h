@@ -44,13 +44,22 @@ class PictureError {
     int chances_ = 0;
 };
 
+/// Values of a picture that shadow catchers change.
+enum class Shadows : std::uint8_t {
+    none,      // there are no catchers
+    in_color,  // they darken the background; alpha is 1
+    in_alpha,  // they also add to alpha, whose error counts like that of a colour
+};
+
 /// Collects the replicates of a band.
 class BandReplicates {
   public:
-    explicit BandReplicates(const Band& band);
+    explicit BandReplicates(const Band& band, Shadows shadows = Shadows::none);
 
-    /// Adds the difference of the band's sums since the last call to a replicate.
+    /// Adds the difference of the band's sums since the last call to a replicate. Shadows need Film::Sums::catchers.
     void add(int replicate, const Film::Sums& sums);
+    /// Adds the replicates of another part of the samples of the same band.
+    void add(const BandReplicates& part);
     /// Returns the state, for set() of an object of the same band: a few arrays of numbers.
     std::vector<std::vector<std::byte>> state() const;
     static constexpr std::size_t kArrays = 1 + kReplicates;  ///< number of arrays of state()
@@ -60,15 +69,23 @@ class BandReplicates {
     /// block b of the band's 256-path blocks, and then parts are added row by row of blocks, so that the sum does not
     /// depend on bands; or counts has one element, the number of all blocks.
     void add_error(ErrorMetric metric, std::span<const std::uint32_t> counts, PictureError& picture) const;
+    /// Returns the bytes per pixel.
+    static constexpr std::size_t bytes(Shadows shadows) {
+        return (shadows == Shadows::none ? 3 : 10) * (sizeof(double) + kReplicates * sizeof(float));
+    }
 
   private:
-    std::uint32_t path_of(std::size_t value) const;
-    /// Adds value i of the picture, of which each replicate holds the sum over `samples`.
-    void add_value(std::size_t i, double samples, ErrorMetric metric, PictureError& error) const;
+    std::uint32_t path_of(std::size_t pixel) const;
+    /// Returns value i of the sums.
+    double value_of(std::size_t i, const Film::Sums& sums) const;
+    /// Adds the channels of a pixel, of which each replicate holds the sums over `samples`.
+    void add_pixel(std::size_t pixel, double samples, ErrorMetric metric, PictureError& error) const;
 
     Band band_;
-    std::vector<double> before_;                  // beauty sums at the last call, by pixel and channel
-    std::vector<std::vector<float>> replicates_;  // beauty sums by replicate, pixel and channel
+    Shadows shadows_;
+    std::size_t values_;                          // number of values of a pixel
+    std::vector<double> before_;                  // sums at the last call, by pixel and value: rgb, shadows
+    std::vector<std::vector<float>> replicates_;  // sums by replicate, pixel and value
 };
 
 /// Returns the number of samples of each replicate at the next error estimate: the expected number, but at most twice

@@ -17,11 +17,12 @@ struct SamplePlan {
     int most = 1;             // largest number of samples of a sequence, > 0
     int first_look = 1;       // samples of each sequence in the first look, > 0
     bool one_by_one = false;  // looks have one sample each, after which other bands follow or time may be up
-    int parts = 1;            // looks whose sums are kept apart and then added; 1: looks share their sums
+    int parts = 1;            // parts of the samples, each with a plan of its own, whose sums are then added
     int cached = 0;           // number of the first samples, which use the radiance cache
     // Samples of each sequence that all pixels take, before the noise of a pilot decides about those of each block of
     // pixels; 0: all pixels take all samples.
     int least = 0;
+    bool grows = false;     // numbers of blocks grow with every look, else the noise decides them once for all
     bool together = false;  // all bands take part in a look, with sums of their own; else one band follows the other
     bool by_time = false;   // samples of a sequence that share a pose follow each other within a look
 
@@ -35,9 +36,9 @@ struct SamplePlan {
 
 /// Returns the numbers of the blocks of a band in the picture's rows of blocks, in the order of the band's paths.
 std::vector<std::size_t> blocks_in_picture(const Band& where);
-/// Returns the plan of a picture. cache: samples can use the radiance cache. merged: the sums of parts make the picture
-/// (PictureInputs::merged).
-SamplePlan plan_of(const RenderSettings& settings, const FrameSettings& frame, bool cache, bool merged);
+/// Returns the plan of a picture or of one of its parts. cache: samples can use the radiance cache. saved: the samples
+/// are saved, band by band.
+SamplePlan plan_of(const RenderSettings& settings, const FrameSettings& frame, bool cache, bool saved);
 /// Returns sample `index` of a sequence of the plan, without cached ones.
 SampleView view_of(const SamplePlan& plan, const FrameSettings& frame, const Band& where, int sequence, int index,
                    SamplePoints points);

@@ -1,8 +1,10 @@
 // Renders the samples of a picture by its plan (sample_plan.h).
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <optional>
 #include <span>
 #include <vector>
@@ -42,37 +44,57 @@ class Renderer::State::Sampling {
         int taken = 0;           // samples of all pixels that it has got in this look
         std::uint64_t runs = 0;  // runs of listed blocks that it has got in this look
         int chances = 0;         // PictureError::judge()
-        bool ends = false;       // the band gets no further samples
+        bool ends = false;       // the band gets no further samples of this part
+
+        bool begun() const { return each > 0 || sequence > 0 || taken > 0; }
     };
     /// A band whose samples are rendered.
     struct BandSamples {
         int index = 0;
         Band where;
         CompiledBand* with = nullptr;
+        int part = 1;  // part of the samples that is rendered
         Look look{};
-        bool restored = false;                       // an earlier run has rendered all samples
-        std::optional<BandReplicates> replicates{};  // none without an error target
-        PartSums parts{};                            // sums of the parts so far
+        bool unsaved = false;                        // has samples that its checkpoint lacks
+        std::optional<BandReplicates> replicates{};  // of the part; none without an error target
+        PartSums earlier{};                          // sums of the parts before
         std::vector<std::size_t> grid{};             // numbers of the band's blocks in the picture
-        Counts taken{}, first_halves{};              // samples of the blocks, and those in the first half
-        bool uneven = false;                         // blocks may have different numbers of samples
+    };
+    using Group = std::vector<BandSamples*>;
+    /// What the pilot of a part says about the samples of each block of the picture.
+    struct Noise {
+        Counts wanted{};                   // numbers of samples, if they are decided once for all
+        std::vector<double> deviations{};  // of one sample, if the numbers grow
     };
 
     // The following functions are defined in sampling.cpp.
 
     BandSamples begin(int index);
+    /// Makes the plan of a part of the samples.
+    void begin_part(int part);
+    /// Adds the samples of the part to bands. Returns when the plan ends or the callback stops it.
+    void render_part(std::span<BandSamples> bands);
     /// Adds samples to bands that take looks together. Returns when the plan ends or the callback stops it.
-    void grow(std::span<BandSamples> group);
+    void grow();
+    /// Adds the samples of a look to a band; returns false to stop.
+    bool add_look(BandSamples& band);
     /// Adds the samples of a look to the sequence that grows; returns false to stop.
     bool add_sequence(BandSamples& band);
     /// Adds a sample unless work is interrupted, in which case the samples so far are saved.
-    void add(const BandSamples& band, const FrameSettings& frame, const SampleView& at, SampleKind kind);
-    /// Counts a sample, reports progress, and saves the band when it is time; returns false to stop.
-    bool go_on(const BandSamples& band, int done);
+    void add(const FrameSettings& frame, BandSamples& band, const SampleView& at, SampleKind kind);
+    /// Counts a sample, reports progress, and saves the bands when it is time; returns false to stop.
+    bool go_on(BandSamples& band, int done);
     /// Returns the samples of each sequence after the next look; those that there are if the plan ends.
-    int next_look(std::span<const BandSamples> group, int& chances);
+    int next_look(const Look& look, int& chances);
+    /// Returns the share of the samples so far that fits into the time limit.
+    double time_left() const;
+    /// Adds the sums of a part to those before.
+    void end_part(BandSamples& band);
     /// Makes the sums ready for the picture.
     void finish(BandSamples& band);
+    SampleView view(const BandSamples& band, int index) const {
+        return view_of(plan_, own_, band.where, band.look.sequence, index, s_.settings.estimator.sampler);
+    }
 
     // The following functions are defined in sampling_noise.cpp.
 
@@ -82,37 +104,59 @@ class Renderer::State::Sampling {
     /// of each block of the picture (add_block_errors()), or an empty vector if the callback returned false.
     std::vector<float> pilot_errors(int from, int to, ErrorMetric metric);
     /// Adds samples of listed blocks, after those of all pixels.
-    bool add_listed(BandSamples& band, const ListedSamples::SampleOf& sample_of);
-    /// Returns the numbers of samples of the band's blocks. Blocks below the picture have `least`.
-    Counts counts_of(const BandSamples& band, const Counts& picture) const;
+    bool add_listed(BandSamples& band);
+    /// Returns the samples of listed blocks in the look that the band takes part in, without those that it has got.
+    ListedSamples listed(const BandSamples& band) const;
+    /// Returns the numbers of samples of the blocks of the picture when each sequence has `each` in the mean.
+    Counts counts_at(int each) const;
+    /// Returns the numbers of samples of the band's blocks. Blocks below the picture have `least`, and all if `each`
+    /// is 0.
+    Counts counts_of(const BandSamples& band, int each) const;
+    static double mean_of(const Counts& counts);
+    /// Returns the numbers of samples that the blocks of the band have got of this part.
+    BlockSamples taken(const BandSamples& band) const;
     /// Scales the sums of a band as if all pixels had the same number of samples.
     void scale(BandSamples& band);
+    /// Adds the error of a band to that of the picture. each: samples of each sequence; 0: of all parts together.
+    void add_error(const BandSamples& band, int each, PictureError& error) const;
 
     // The following functions are defined in sampling_files.cpp.
 
-    void save(const BandSamples& band) const;
+    /// Saves all bands with samples that are not saved.
+    void save();
+    void save(BandSamples& band) const;
     /// Goes on from the samples of a band that an earlier run has saved. With motion blur, sums of other parts than
     /// these begin anew: the earlier run had met poses that need them.
     void restore(BandSamples& band);
-    /// Adds the sums of a band from PictureInputs::merged.
-    void merge(BandSamples& band) const;
+    /// Takes the samples of a band from a file. Returns none if there is no file, or if its sums are others
+    /// (restore()).
+    std::optional<SavedBand> load(BandSamples& band, const Checkpoint& from);
+    /// Takes the samples of a part from PictureInputs::merged.
+    void merge(BandSamples& band);
 
     State& s_;
     const FrameSettings& frame_;
     const Stopwatch& watch_;
     std::vector<int>& done_;
     const GoOn go_on_;
+    Checkpoint* checkpoint_;  // null: none
+    int parts_;               // number of parts whose samples are rendered or merged
+    bool stopped_ = false;    // the callback returned false
+    PictureError error_;      // of the bands that are rendered
+    Shadows shadows_;
+    std::map<int, Noise> noise_;                                            // by part
+    std::map<int, std::array<std::uint64_t, kBadValueCounts>> bad_values_;  // of merged parts
+
+    // The part that is rendered:
+    int part_ = 1;
+    FrameSettings own_;
     SamplePlan plan_;
-    Checkpoint* checkpoint_;          // null: none
-    bool stopped_ = false;            // the callback returned false
-    PictureError error_;              // of the bands that are rendered
-    std::vector<double> deviations_;  // of one sample, by block of the picture; for an error target
-    Counts wanted_, counts_;          // samples of each sequence by block of the picture after and before the look
 
     // State of the bands that take looks together:
+    Group group_;
     int first_band_ = 0;
-    int part_ = 1;      // number of the look
-    double limit_ = 0;  // seconds for their samples; 0: no limit
+    std::vector<int> looks_;  // samples of each sequence after the looks that were decided, if numbers grow
+    double limit_ = 0;        // seconds for their samples; 0: no limit
     Stopwatch clock_;
     double compiled_before_ = 0;
     SamplePace pace_;

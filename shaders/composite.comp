@@ -23,15 +23,15 @@ void main() {
     double share = 1.0LF / double(samples);
     vec4 mean = vec4(0.0);
     // SHADING.md, Shadow catchers
-    double without = kCatchers ? catchers[path * 6u + 1u] : 0.0LF;
-    double shadow = without > 0.0LF ? max(1.0LF - catchers[path * 6u] / without, 0.0LF) : 0.0LF;
+    double without = kCatchers ? catchers[path * 9u + 1u] : 0.0LF;
+    double shadow = without > 0.0LF ? max(1.0LF - catchers[path * 9u] / without, 0.0LF) : 0.0LF;
     for (uint i = 0u; i < 3u; ++i) {
         double sum = beauty_sum(path, i);
-        if (kCatchers) sum = max(sum - shadow * catchers[path * 6u + 3u + i], 0.0LF);
+        if (kCatchers) sum = max(sum - shadow * catchers[path * 9u + 3u + i], 0.0LF);
         mean[i] = float(min(sum * share, double(kLargestFloat)));  // finite parts may add up to more
     }
     double covered = emission[path * 4u + 3u];
-    if (kCatchers) covered += shadow * catchers[path * 6u + 2u];
+    if (kCatchers) covered += shadow * catchers[path * 9u + 2u];
     mean.a = HALFLIGHT_OPAQUE_BACKGROUND != 0 ? 1.0 : float(covered * share);
     if (pixel.x < size.x && pixel.y < size.y) {
         imageStore(beauty, pixel, mean);

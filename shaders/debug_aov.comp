@@ -4,7 +4,7 @@
 #include "shaders/shared/frame_block.h"
 #include "shaders/shared/ray_structs.h"
 #include "shaders/trace_scene.glsl"
-#include "shaders/lib/alpha_key.glsl"
+#include "shaders/lib/alpha_sampler.glsl"
 #include "shaders/lib/tile_list.glsl"
 #include "shaders/lib/traverse.glsl"
 #include "shaders/lib/residency.glsl"
@@ -23,7 +23,7 @@ void main() {
     uint path = gl_GlobalInvocationID.x;
     DebugRecord record = DebugRecord(0u, 0u, 0u, 0u, 0u);
     if (kCountsNodes) {
-        traverse(rays[path], alpha_key_of_path(frame, path, 0u), false);
+        traverse(rays[path], alpha_sampler_of_path(frame, path, 0u), false);
         record.nodes = nodes_visited;
     }
     if (kTileLists) {

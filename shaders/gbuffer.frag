@@ -3,7 +3,7 @@
 #include "shaders/geometry_tables.glsl"
 #include "shaders/scene_tables.glsl"
 #include "shaders/lib/alpha.glsl"
-#include "shaders/lib/alpha_key.glsl"
+#include "shaders/lib/alpha_sampler.glsl"
 #include "shaders/lib/camera.glsl"
 #include "shaders/lib/primary_hit.glsl"
 
@@ -29,8 +29,8 @@ void main() {
         ivec2 pixel = ivec2(gl_FragCoord.xy) + ivec2(0, frame.window_y);
         Ray ray = camera_ray(frame, pixel);
         Hit hit = primary_hit(ray, triangle, instance).hit;
-        uint key = alpha_key_of_pixel(frame, pixel, 0u);
-        if (!alpha_accept(triangle, triangle, instance, hit.u, hit.v, key)) discard;
+        Sampler random = alpha_sampler_of_pixel(frame, uvec2(pixel), 0u);
+        if (!alpha_accept(triangle, triangle, instance, hit.u, hit.v, random)) discard;
     }
     visibility = uvec2(triangle + 1u, instance);
 }

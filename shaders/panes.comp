@@ -31,7 +31,7 @@ void main() {
     if (path >= header.count) return;
     path = list[path];
     Ray ray = load_ray(path);
-    uint key = alpha_key(path);
+    Sampler random = alpha_sampler(path);
     if (kScattered) ray.t_max = min(ray.t_max, hits[path].t);
     bool stops = false;
     vec3 direction = normalize(ray.direction);
@@ -39,7 +39,7 @@ void main() {
     uint panes = 0u;  // panes passed
     bool goes_on = false;
     do {
-        Hit hit = traverse(ray, key, false);
+        Hit hit = traverse(ray, random, false);
         goes_on = hit.triangle != kMiss;
         bool finished = finite(hit.t) || !goes_on;
         // A miss looks up triangle 0, too, because the lanes of a register cannot diverge. The result is not used.
@@ -51,7 +51,7 @@ void main() {
         vec3 passed = straight_transmission(make_bsdf(material, surface.geometric_normal, -direction));
         if (kScattered) {
             float chance = pane_chance(passed);
-            stops = goes_on && finished && unit_float(hash_combine(key, panes + 1u)) >= chance;
+            stops = goes_on && finished && sample_1d(random, panes) >= chance;
             if (stops) {
                 hit.triangle = triangle_id(hit.triangle);
                 hits[path] = hit;
@@ -81,8 +81,7 @@ void main() {
     } else if (any(isnan(share))) {
         occluded[path] = kUnfinished;
     } else {
-        uint random = hash_combine(key, 1u);
-        vec3 dither = vec3(unit_float(random), unit_float(hash_combine(random, 1u)), unit_float(hash_combine(random, 2u)));
+        vec3 dither = vec3(sample_1d(random, 0u), sample_1d(random, 1u), sample_1d(random, 2u));
         occluded[path] = answer_of_panes(share, dither);
     }
 }

@@ -17,12 +17,12 @@ void main() {
     bool idle = entry >= entry_count();
     uint path = path_of(idle ? 0u : entry);
     Ray ray = load_ray(path);
-    uint key = alpha_key(path);
+    Sampler random = alpha_sampler(path);
     Hit known = no_hit();
     if (!kAnyHit) known = hits[path];
     bool over = idle || (kAnyHit ? occluded[path] != kFree
                                  : floatBitsToUint(known.t) > uint(kBvhFar));  // a NaN counts as over
-    Hit hit = search(ray, first_entry, over ? 0u : list_size, known, key, kAnyHit);
+    Hit hit = search(ray, first_entry, over ? 0u : list_size, known, random, kAnyHit);
     bool same = floatBitsToUint(hit.t) == floatBitsToUint(known.t) && hit.triangle == known.triangle &&
                 hit.instance == known.instance;
     if (kAnyHit ? hit.triangle != kMiss : !over && !same) store_answer(path, hit);

@@ -52,7 +52,7 @@ OPTIONAL(HALFLIGHT_SEEN) layout(std430) buffer LightSeen { vec4 light_seen[]; };
 OPTIONAL(!HALFLIGHT_SEEN) layout(std430) writeonly buffer Surfaces { vec4 records[]; };
 OPTIONAL(HALFLIGHT_REUSE_POINTS) layout(std430) writeonly buffer Points { ReusePoint points[]; };
 
-#include "shaders/lib/alpha_key.glsl"
+#include "shaders/lib/alpha_sampler.glsl"
 #include "shaders/lib/camera.glsl"
 #include "shaders/lib/dimensions.glsl"
 #include "shaders/lib/environment.glsl"
@@ -108,7 +108,7 @@ Found find_hit(uint invocation, bool runs) {
         // Invocations beyond the band's edge look up the last pixel again, and do not use the result.
         pixel = min(pixel, ivec2(frame.band_columns, frame.band_rows) - 1) + ivec2(frame.band_x, frame.band_y);
         f.ray = camera_ray(frame, pixel);
-        PrimarySearch seen = search_seen(frame, pixel, f.ray, alpha_key_of_pixel(frame, pixel, 0u));
+        PrimarySearch seen = search_seen(frame, pixel, f.ray, alpha_sampler_of_pixel(frame, uvec2(pixel), 0u));
         f.hit = seen.hit;
         f.is_hit = f.inside && seen.is_hit && f.hit.t <= f.ray.t_max;
         f.unfinished = false;

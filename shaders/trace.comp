@@ -11,5 +11,5 @@ void main() {
     uint entry = gl_GlobalInvocationID.x;
     if (kListed && entry >= entry_count()) return;
     uint path = path_of(entry);
-    store_answer(path, traverse(load_ray(path), alpha_key(path), kAnyHit));
+    store_answer(path, traverse(load_ray(path), alpha_sampler(path), kAnyHit));
 }

@@ -38,7 +38,7 @@ void main() {
     int entries = ray.t_max >= ray.t_min && !still_waits ? 1 : 0;
     Hit known = no_hit();
     if (!kAnyHit && again) known = hits[path];
-    Hit hit = traverse_from(ray, entries, known, alpha_key(path), kAnyHit);
+    Hit hit = traverse_from(ray, entries, known, alpha_sampler(path), kAnyHit);
     store_answer(path, hit);
     int end = floatBitsToInt(hit.t);  // above kBvhFar: NaN
     bool waits = first_missing.y != kMiss &&

@@ -39,5 +39,5 @@ void main() {
         stack_near[0] = floatBitsToInt(r.ray.t_min);
         entries = 1;
     }
-    store_answer(r.path, traverse_from(r.ray, entries, known, alpha_key(r.path), kAnyHit));
+    store_answer(r.path, traverse_from(r.ray, entries, known, alpha_sampler(r.path), kAnyHit));
 }

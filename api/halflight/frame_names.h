@@ -1,8 +1,9 @@
 // File names of sequences: "shot.####.exr" and "shot.%04d.exr" mean shot.0001.exr and so on.
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
+
+#include "engine/core/frames.h"
 
 namespace halflight {
 
@@ -10,7 +11,7 @@ namespace halflight {
 int count_placeholders(const std::filesystem::path& pattern);
 
 /// Returns the name with its only placeholder replaced by the frame's number, zero-padded to the number of #, or to N
-/// digits. Longer numbers are not truncated.
-std::filesystem::path frame_path(const std::filesystem::path& pattern, std::uint32_t frame);
+/// characters. Longer numbers are not truncated. Frame -5 is "-0005" for ####, and "-005" for %04d, as in C.
+std::filesystem::path frame_path(const std::filesystem::path& pattern, FrameNumber frame);
 
 }  // namespace halflight

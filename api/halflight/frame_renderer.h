@@ -25,6 +25,7 @@ namespace rays {
 class BatchServer;
 class TraceScene;
 }  // namespace rays
+class NoisyFiles;
 
 /// Place of the frame's time in the opening of the shutter.
 enum class ShutterPosition : std::uint8_t { start, centre, end };
@@ -80,7 +81,7 @@ struct CheckpointOptions {
 /// from theirs, unless another process renders them.
 struct FrameCheckpoints {
     // Returns the folder of a frame's checkpoint; none: the frame has no checkpoint.
-    std::function<std::optional<std::filesystem::path>(std::uint32_t frame)> folder;
+    std::function<std::optional<std::filesystem::path>(FrameNumber frame)> folder;
     double interval = 60;  // seconds between two saves, > 0
     bool fresh = false;    // removes the samples of a frame that an earlier run has saved, when it is its turn
 };
@@ -102,6 +103,8 @@ struct RendererOptions {
     // Folders of the complete checkpoints of all parts, in order (FrameSettings::parts). The frame of the settings is
     // made of their sums. The constructor throws Error if one is missing or of another picture.
     std::vector<std::filesystem::path> merged{};
+    // Files of noisy frames, which render_sequence() makes; null: frames are held in memory only.
+    std::shared_ptr<NoisyFiles> noisy_files{};
     int exr_tile = 0;  // side of the tiles of the .exr, pixels, for the memory estimate; 0: it has lines
 };
 
@@ -135,8 +138,8 @@ class FrameRenderer {
 
     /// Settles an automatic exposure of RenderSettings::view, by a small picture of the scene at 0 s
     /// (renderer/metering.h). Returns the exposure in stops, or none if `progress` has cancelled. Does nothing if
-    /// no view is wanted or its exposure is fixed. render() calls it for the first picture. Throws Error as render()
-    /// does.
+    /// no view is wanted, now or from a kept noisy frame, or its exposure is fixed. render() calls it for the first
+    /// picture. Throws Error as render() does.
     std::optional<float> find_exposure(const std::function<bool(double share)>& progress = {});
 
     /// Renders a frame at its own time; with motion blur at times up to open / 2 frames before and after.
@@ -144,7 +147,7 @@ class FrameRenderer {
     /// (engine/core/interruption.h) ends a sample earlier, with its own exception, and keeps the prepared scene. Throws
     /// Error if the picture cannot be made, or an estimator is left open; exceptions of `progress` are passed on.
     /// Other pictures can be made afterwards.
-    RenderResult render(std::uint32_t frame, const ProgressCallback& progress = {});
+    RenderResult render(FrameNumber frame, const ProgressCallback& progress = {});
     /// Renders the frame of the settings.
     RenderResult render(const ProgressCallback& progress = {}) { return render(settings().frame, progress); }
 
@@ -160,7 +163,7 @@ class FrameRenderer {
     /// Returns the checkpoint of the frame of the settings; null: none. Remove it when the picture is written.
     Checkpoint* checkpoint() const;
     /// Removes the checkpoint of a frame of RendererOptions::frame_checkpoints, after its files were written.
-    void remove_checkpoint(std::uint32_t frame);
+    void remove_checkpoint(FrameNumber frame);
     /// Returns why samples of the last frame were not saved in its checkpoint; empty: they were, or there is none.
     const std::string& checkpoint_problem() const;
 

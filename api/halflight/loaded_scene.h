@@ -53,7 +53,7 @@ struct SceneChoice {
     // Without a value the scene is at rest, at the pose of its nodes, and animations are not read.
     std::optional<std::string> animation{};
     std::optional<FrameRate> frame_rate{};  // frame rate; none: that of the scene's extras, else 24
-    std::uint32_t frame_offset = 0;         // number of the frame at 0 s
+    FrameNumber frame_offset = 0;           // number of the frame at 0 s
     std::size_t picture_bytes = 0;          // memory to leave free for pictures (renderer/memory.h), bytes
 };
 
@@ -116,7 +116,7 @@ class SceneFile {
     const FrameRate& frame_rate() const { return frame_rate_; }
 
     /// Returns the scene at a time. Its environment is that of the file.
-    Scene at(double seconds) { return file_.at(seconds, playing_); }
+    Scene at(double seconds);
     /// Returns the scene at a time, with images that the caller has already from an earlier scene of this file.
     Scene at(double seconds, std::vector<TextureImage> images);
     /// Poses `scene`, which has the images of this file, at another time. Environment and bounds of pages stay. Throws
@@ -137,8 +137,11 @@ class SceneFile {
     double end();
 
   private:
+    void set_rest_bounds(Scene& scene, double seconds);
+
     std::filesystem::path path_;
     GltfScene file_;
+    std::optional<WorldBounds> rest_bounds_;  // Scene::rest_bounds; none: not known yet
     std::vector<std::size_t> playing_;
     FrameRate frame_rate_;
 };

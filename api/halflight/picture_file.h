@@ -24,6 +24,7 @@ struct OutputOptions {
     ExrLayout exr{};            // compression, parts and tiles of .exr files
     AovNames aov_names{};       // names of layers in .exr files
     int jpeg_quality = 92;      // quality of .jpg files, 1 to 100
+    int png_bits = 0;           // bits of a channel of .png files and movies: 8 or 16; 0: 16 for HDR, else 8
     // Values of .tif files. Integers hold the picture through the view transform, floats the scene-linear picture.
     TiffType tiff = TiffType::uint16;
     bool reproducible = false;  // omits date and render time: equal pictures make equal files
@@ -42,6 +43,9 @@ struct PictureInfo {
     ExrLayout exr{};
     AovNames aov_names{};
     int jpeg_quality = 92;
+    int png_bits = 8;
+    std::optional<DisplayEncoding>
+        encoding{};  // tags of pictures through the view transform; none: no tags, as of sRGB
     TiffType tiff = TiffType::uint16;
     std::map<std::string, float> numbers{};  // attributes of type float, by the names of OpenEXR's standard
     int samples = 0;                         // samples per pixel
@@ -55,8 +59,10 @@ struct PictureInfo {
     bool reproducible = false;  // omits the date
     // The following members apply to frames of sequences only.
     std::optional<FrameRate> frame_rate{};
-    std::uint32_t frame = 0;
-    std::string fingerprint{};  // digest of scene, settings and frame; render_sequence() keeps files that have it
+    FrameNumber frame = 0;
+    // Digests of scene, settings and frame, of scene-linear files and of those through the view transform;
+    // render_sequence() keeps files that have them.
+    std::string fingerprint{}, view_fingerprint{};
 };
 
 /// Returns whether the file name ends in `.extension`, in any case.
@@ -73,6 +79,12 @@ void check_alpha(const std::filesystem::path& path, bool transparent);
 /// Throws Error for a file whose format cannot hold pictures of this size, pixels.
 void check_size(const std::filesystem::path& path, const ivec2& size);
 
+/// Returns the bits of a channel of .png files and movies of a display.
+int png_bits(const OutputOptions& options, const std::optional<DisplayEncoding>& encoding);
+
+/// Sets what files of pictures through `view` say about its display.
+void set_display(PictureInfo& info, const ViewProcessor& view, const OutputOptions& options);
+
 /// Returns the linear space that `name` stands for. Throws Error if the config has none of that name.
 LinearSpace working_space(const ColorConfig& config, const std::string& name);
 
@@ -81,7 +93,8 @@ LinearSpace working_space(const ColorConfig& config, const std::string& name);
 void write_picture(const std::filesystem::path& path, const RenderResult& result, const PictureInfo& info);
 
 /// Writes a picture to several files. A file that cannot be written does not prevent the others: the Error of the first
-/// one is thrown after all, and those of others are warnings. Warns of values that half floats cannot hold.
+/// one is thrown after all, and those of others are warnings. A DiskError ends it at once. Warns of values that half
+/// floats cannot hold.
 void write_pictures(const std::vector<std::filesystem::path>& paths, const RenderResult& result,
                     const PictureInfo& info, const Log& log);
 

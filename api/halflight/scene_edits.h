@@ -107,6 +107,10 @@ struct SceneEdits {
     std::vector<NamedEdit<NodeEdit>> nodes{};
     std::vector<ObjectName> hidden{};
     std::vector<ObjectName> catchers{};  // surfaces of which the camera sees the shadows only; lights are no catchers
+    // A level shadow catcher below the scene: at `ground_height` (metres, kEditPosition); none: at the lowest point of
+    // the unedited surfaces at 0 s.
+    bool ground = false;
+    std::optional<double> ground_height{};
     std::vector<LightGroup> light_groups{};  // groups of lights; the first one that names a light has it
     bool each_light = false;                 // groups of one light each, in place of light_groups
     bool operator==(const SceneEdits&) const = default;

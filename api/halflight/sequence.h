@@ -18,12 +18,15 @@
 namespace halflight {
 
 struct SequenceOptions {
-    std::vector<std::uint32_t> frames;           // frame numbers, in the order in which they are rendered
+    std::vector<FrameNumber> frames;             // frame numbers, in the order in which they are rendered
     ListPart part{};                             // part of `frames` to make, for work on several machines
     std::vector<std::filesystem::path> outputs;  // pictures with a placeholder (frame_names.h): "shot.####.exr"
     std::optional<std::filesystem::path> movie;  // movie of all frames, .mp4 or .mov; needs ffmpeg in PATH
     std::optional<std::filesystem::path> stats;  // file to which a line of JSON is appended per frame
     bool overwrite = false;                      // replaces frames that were made with other settings
+    // Renders nothing: all other pictures, and the movie, are developed from the .exr of each frame. Without it, that
+    // happens to frames whose .exr is whole and holds the bits of the picture.
+    bool develop = false;
     // Seconds between two saves of the samples of a frame, in a folder beside its first file; none: they are not saved.
     std::optional<double> checkpoint{};
     OutputOptions output{};
@@ -32,13 +35,13 @@ struct SequenceOptions {
 /// Callbacks of render_sequence(). All may be empty; they must not throw.
 struct SequenceEvents {
     std::function<void(std::size_t frames)> started{};  // receives the number of frames to make
-    std::function<bool(std::uint32_t frame, const RenderProgress& progress)> progress{};  // false stops
+    std::function<bool(FrameNumber frame, const RenderProgress& progress)> progress{};  // false stops
     std::function<bool()>
         go_on{};  // called before each frame, in a pilot, and often while pages are loaded; false stops
-    std::function<void(std::uint32_t frame, std::size_t made, std::size_t failed)> made{};
+    std::function<void(FrameNumber frame, std::size_t made, std::size_t failed)> made{};
     /// Called when another process has made a frame; `found`: number of such frames so far.
-    std::function<void(std::uint32_t frame, std::size_t found)> found{};
-    std::function<void(std::uint32_t frame, const std::string& error)> failed{};
+    std::function<void(FrameNumber frame, std::size_t found)> found{};
+    std::function<void(FrameNumber frame, const std::string& error)> failed{};
     std::function<void(const std::function<void()>& write)> writing{};  // calls write(), which writes a frame's files
 };
 
@@ -47,9 +50,9 @@ struct SequenceTally {
     std::size_t frames = 0;  // number of frames of the part
     std::size_t kept = 0;    // number of frames whose files existed already
     std::size_t made = 0;    // number of frames rendered
-    std::vector<std::uint32_t> failed{};
-    std::string reason{};                       // error message of the first failed frame
-    std::optional<std::uint32_t> stopped_in{};  // frame in which a callback stopped the sequence
+    std::vector<FrameNumber> failed{};
+    std::string reason{};                     // error message of the first failed frame
+    std::optional<FrameNumber> stopped_in{};  // frame in which a callback stopped the sequence
 };
 
 /// Removes unfinished files of earlier runs. Throws Error for folders that cannot be written.
@@ -57,7 +60,7 @@ void check_outputs(const SequenceOptions& options);
 
 /// Returns frames of the part with a file that is missing, damaged, or made from another scene or with other settings.
 /// `look` is called before each frame, and may throw to stop.
-std::vector<std::uint32_t> incomplete_frames(
+std::vector<FrameNumber> incomplete_frames(
     const LoadedScene& scene, const RenderSettings& settings, const Shutter& shutter, const ColorConfig& colors,
     const SequenceOptions& options, const std::function<void()>& look = [] {});
 

@@ -27,7 +27,7 @@ struct SavedSettings {
     SceneEdits edits;
     struct Moment {
         std::string animation;  // value of --animation
-        std::uint32_t frame = 0;
+        FrameNumber frame = 0;
         FrameRate rate;
         bool operator==(const Moment&) const = default;
     };

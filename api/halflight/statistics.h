@@ -38,6 +38,8 @@ std::string lens_text(const Camera& camera, const Lens& lens, const ivec2& image
 
 /// Returns the settings of the picture that `renderer` made last as one line, for the comments of its file.
 std::string settings_line(const FrameRenderer& renderer, const RenderStats& stats);
+/// Returns the end of settings_line() of a picture that is denoised with so many frames before and after it.
+std::string denoised_text(int frames);
 
 /// Returns "shadow gave 3 NaN, 1 infinite and 0 negative values" for each pass with bad values; empty without any.
 std::string describe_bad_values(const RenderStats& stats);

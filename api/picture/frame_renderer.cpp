@@ -10,6 +10,7 @@
 #include "api/picture/scene_renderer.h"
 #include "api/sequence/fingerprint.h"
 #include "api/sequence/near_frames.h"
+#include "api/sequence/noisy_files.h"
 #include "engine/core/error.h"
 #include "engine/core/image_tools.h"
 #include "engine/core/stopwatch.h"
@@ -49,15 +50,16 @@ std::function<bool(Progress)> keeping_context(const std::function<bool(Progress)
 int shutter_times(const Shutter& shutter, const LoadedScene& scene, const RenderSettings& settings, int samples) {
     if (shutter.open == 0) return 1;
     if (shutter.times) return *shutter.times < samples ? *shutter.times : 0;
-    if (settings.time_limit > 0) return 0;               // any number of samples may be taken
+    // Samples of listed blocks are rendered together if they share a time.
+    constexpr int kTimesOfBlocks = 32;
+    if (settings.time_limit > 0)  // any number of samples may be taken
+        return settings.adaptive && kTimesOfBlocks < samples ? kTimesOfBlocks : 0;
     constexpr int kLeastTimes = 8, kKnownSamples = 256;  // an error target may end the picture early
     constexpr double kMost = 0.25;                       // time of all poses over that of all samples
     const double pixels = double(settings.width) * double(settings.height);
     const double share = scene.surfaces_move() ? kMost * pixels / std::max(cost_of_pose(scene.scene()), 1.0) : 1;
     const double most = settings.error ? std::min(samples, kKnownSamples) : samples;
     int times = share >= 1 ? samples : std::max(static_cast<int>(most * share), kLeastTimes);
-    // Samples of listed blocks are rendered together if they share a time.
-    constexpr int kTimesOfBlocks = 32;
     if (settings.adaptive) times = std::min(times, kTimesOfBlocks);
     return times < samples ? times : 0;
 }
@@ -148,17 +150,18 @@ struct FrameRenderer::State {
     Shutter shutter;
     SceneRenderer pictures;
     std::optional<DeformCounts> deformed;
-    std::optional<std::uint32_t> last_frame;  // number of the frame rendered last
+    std::optional<FrameNumber> last_frame;    // number of the frame rendered last
     NearFrames near_frames;                   // noisy frames near the one rendered last
+    std::shared_ptr<NoisyFiles> noisy_files;  // null: there are none
     std::optional<Checkpoint> checkpoint;
     const std::optional<FrameCheckpoints> frame_checkpoints;
-    std::map<std::uint32_t, Checkpoint> checkpoints;  // checkpoints of frames, by frame number
-    std::string problem;                              // FrameRenderer::checkpoint_problem()
-    int only_part = 0;                                // CheckpointOptions::part
+    std::map<FrameNumber, Checkpoint> checkpoints;  // checkpoints of frames, by frame number
+    std::string problem;                            // FrameRenderer::checkpoint_problem()
+    int only_part = 0;                              // CheckpointOptions::part
     const Occasion occasion;
     std::list<Checkpoint> merged;
     std::vector<const Checkpoint*> merged_in_order;
-    std::uint32_t checkpoint_frame = 0;
+    FrameNumber checkpoint_frame = 0;
     double load_seconds = 0;
     std::uint64_t choice = 0;         // LoadedScene::choice_revision() of take_open_settings()
     std::optional<SceneEdits> edits;  // edits at which the number of bounces was taken; empty: none yet
@@ -170,11 +173,11 @@ struct FrameRenderer::State {
           asked_lens(settings.view.camera.lens),
           shutter(o.shutter),
           pictures(scene, settings, o, [this] { near_frames.clear(); }),
+          noisy_files(o.noisy_files),
           frame_checkpoints(o.frame_checkpoints),
           occasion{.shutter = shutter.open > 0,
                    .checkpoint = o.checkpoint || o.frame_checkpoints,
                    .own_checkpoint = o.checkpoint.has_value(),
-                   .one_part = o.checkpoint && o.checkpoint->part > 0,
                    .finished = true} {
         if (settings.texture_lod != scene.choice().mip_levels)
             throw Error("render settings", settings.texture_lod
@@ -229,18 +232,19 @@ struct FrameRenderer::State {
     /// Returns the camera at a frame, whole or not.
     Camera camera_at(double frame) const { return equipped(scene.camera(scene.time_of(frame)), settings); }
     /// Renders a frame and those near it that are not held yet, and denoises it with them.
-    RenderResult denoised(std::uint32_t frame, const ProgressCallback& progress) {
-        const auto render_noisy = [&](std::uint32_t n, NoisyFrame& noisy, const ProgressCallback& of_all) {
+    RenderResult denoised(FrameNumber frame, const ProgressCallback& progress) {
+        const auto render_noisy = [&](FrameNumber n, NoisyFrame& noisy, const ProgressCallback& of_all) {
             set_frame(n);
-            return saved(n, {.noisy = &noisy}, n == frame, of_all);
+            return from_checkpoint(n, {.noisy = &noisy}, n == frame, of_all);
         };
         const auto denoise = [&](NoisyFrame& noisy, std::span<const NearFrame> others, RenderResult& result) {
             set_frame(frame);
             pictures.denoise(noisy, others, result);
         };
+        NearFrames::Steps steps{render_noisy, {}, [&](FrameNumber n) { return camera_at(n); }, noisy_files.get()};
+        if (settings.denoise) steps.denoise = denoise;
         const auto render = [&] {
-            return near_frames.render(scene, frame, neighbour_frames(settings),
-                                      {render_noisy, denoise, [&](std::uint32_t n) { return camera_at(n); }}, progress);
+            return near_frames.render(scene, frame, neighbour_frames(settings), steps, progress);
         };
         try {
             RenderResult result = render();
@@ -253,7 +257,7 @@ struct FrameRenderer::State {
         }
     }
     /// Adds the error of the frame's denoised picture to its statistics.
-    void estimate_error(std::uint32_t frame, RenderResult& result, const ProgressCallback& progress) {
+    void estimate_error(FrameNumber frame, RenderResult& result, const ProgressCallback& progress) {
         set_frame(frame);
         const auto render = [&](const FrameSettings& held_out, const ProgressCallback& of_all) {
             FrameSettings whole = held_out;
@@ -277,14 +281,13 @@ struct FrameRenderer::State {
                         *shutter.times);
     }
     /// Returns the text that tells the checkpoint of a part, or of all samples, from those of other pictures.
-    std::string checkpoint_fingerprint(std::uint32_t number, int of_part) const {
-        const std::string sums = sums_fingerprint(scene, settings) + shutter_fingerprint(shutter, scene, settings);
-        const std::string frame = frame_fingerprint(sums, number);
+    std::string checkpoint_fingerprint(FrameNumber number, int of_part) const {
+        const std::string frame = frame_fingerprint(sums_fingerprint(scene, settings, shutter), number);
         return of_part > 0 ? fmt::format("{}, part {}", frame, of_part) : frame;
     }
     /// Returns the checkpoint of a frame of the sequence, open; null if there is none. own: the frame is rendered
     /// for itself, and not as a neighbour.
-    Checkpoint* checkpoint_of(std::uint32_t frame, bool own) {
+    Checkpoint* checkpoint_of(FrameNumber frame, bool own) {
         const auto folder = frame_checkpoints ? frame_checkpoints->folder(frame) : std::nullopt;
         if (!folder) return nullptr;
         const auto use = own && frame_checkpoints->fresh ? Checkpoint::Use::anew : Checkpoint::Use::go_on;
@@ -301,7 +304,7 @@ struct FrameRenderer::State {
         return nullptr;
     }
     /// Renders a frame of the sequence at its own time, from its checkpoint if it has one.
-    RenderResult saved(std::uint32_t frame, PictureInputs inputs, bool own, const ProgressCallback& progress) {
+    RenderResult saved(FrameNumber frame, PictureInputs inputs, bool own, const ProgressCallback& progress) {
         inputs.checkpoint = checkpoint_of(frame, own);
         RenderResult result = pictures.still(frame, settings, inputs, progress);
         if (own && inputs.checkpoint) problem = inputs.checkpoint->problem();
@@ -328,22 +331,22 @@ struct FrameRenderer::State {
         }
         checkpoint_frame = settings.frame;
     }
-    /// Renders a frame without neighbours, from its checkpoint if it has one.
-    RenderResult from_checkpoint(std::uint32_t frame, const ProgressCallback& progress) {
-        if (frame_checkpoints) return saved(frame, {}, true, progress);
+    /// Renders a frame, from its checkpoint if it has one. own: as for saved().
+    RenderResult from_checkpoint(FrameNumber frame, PictureInputs inputs, bool own_frame,
+                                 const ProgressCallback& progress) {
+        if (frame_checkpoints) return saved(frame, inputs, own_frame, progress);
         FrameSettings own = settings;
-        PictureInputs inputs;
         if (frame == checkpoint_frame) {
             if (checkpoint) inputs.checkpoint = &*checkpoint;
             inputs.merged = merged_in_order;
-            if (only_part > 0) own = settings_of_part(own, only_part);
+            if (only_part > 0) own = settings_of_part(own, only_part, settings.adaptive);
             if (only_part > 0) own.stays_noisy = true;
         }
         return pictures.still(frame, own, std::move(inputs), progress);
     }
     /// Sets the properties that differ between frames: number, camera and, for the layer "motion", the camera of the
     /// frame before.
-    void set_frame(std::uint32_t frame) {
+    void set_frame(FrameNumber frame) {
         scene.frame_for(picture_aspect());
         settings.frame = frame;
         settings.camera = camera_at(frame);
@@ -390,14 +393,15 @@ std::optional<Estimator> FrameRenderer::find_estimator(const std::function<bool(
 std::optional<float> FrameRenderer::find_exposure(const std::function<bool(double)>& asked) {
     const auto progress = keeping_context(asked);
     State& s = *state_;
-    if (!s.settings.want_view || !s.settings.view.metered()) return s.settings.view.stops();
+    const bool wanted = s.settings.want_view || (s.settings.keep_noisy && s.noisy_files);
+    if (!wanted || !s.settings.view.metered()) return s.settings.view.stops();
     s.begin();
     const std::optional<float> stops = s.pictures.find_exposure(progress);
     if (stops) s.settings.view.exposure = *stops;
     return stops;
 }
 
-RenderResult FrameRenderer::render(std::uint32_t frame, const ProgressCallback& asked) {
+RenderResult FrameRenderer::render(FrameNumber frame, const ProgressCallback& asked) {
     const ProgressCallback progress = keeping_context(asked);
     State& s = *state_;
     find_exposure();
@@ -411,8 +415,9 @@ RenderResult FrameRenderer::render(std::uint32_t frame, const ProgressCallback& 
     // The history is valid only if the last picture showed the frame before this one.
     if (s.scene.surfaces_move() && s.last_frame != frame - 1) s.pictures.history().forget();
     s.last_frame.reset();  // set again when this frame is complete
-    RenderResult result =
-        neighbour_frames(s.settings) > 0 ? s.denoised(frame, progress) : s.from_checkpoint(frame, progress);
+    RenderResult result = neighbour_frames(s.settings) > 0 || (s.settings.keep_noisy && s.only_part == 0)
+                              ? s.denoised(frame, progress)
+                              : s.from_checkpoint(frame, {}, true, progress);
     if (s.settings.denoise_error > 0 && s.only_part == 0) s.estimate_error(frame, result, progress);
     s.last_frame = frame;
     s.load_seconds += s.pictures.take_load_seconds();
@@ -430,7 +435,7 @@ const RenderSettings& FrameRenderer::settings() const {
 
 void FrameRenderer::set_frame_settings(const FrameSettings& settings) {
     state_->check(settings);
-    const std::uint32_t frame = state_->settings.frame;
+    const FrameNumber frame = state_->settings.frame;
     static_cast<FrameSettings&>(state_->settings) = settings;
     const gpu::KeepCurrent keep;
     state_->pictures.context().make_current();  // this context has the textures of the frames
@@ -458,7 +463,7 @@ Checkpoint* FrameRenderer::checkpoint() const {
     return state_->checkpoint ? &*state_->checkpoint : nullptr;
 }
 
-void FrameRenderer::remove_checkpoint(std::uint32_t frame) {
+void FrameRenderer::remove_checkpoint(FrameNumber frame) {
     const auto& checkpoints = state_->frame_checkpoints;
     state_->checkpoints.erase(frame);
     if (const auto folder = checkpoints ? checkpoints->folder(frame) : std::nullopt) Checkpoint::discard(*folder);

@@ -6,11 +6,13 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <exception>
 #include <list>
 #include <optional>
 
 #include "api/halflight/camera.h"
 #include "api/halflight/statistics.h"
+#include "api/picture/exr_attributes.h"
 #include "api/sequence/fingerprint.h"
 #include "engine/core/error.h"
 #include "engine/core/image_tools.h"
@@ -64,34 +66,9 @@ void write_exr_picture(const std::filesystem::path& path, const RenderResult& re
     std::list<Image> images;
     const bool views = info.camera.optics.stereo == Stereo::views;
     if (views) layers = views_of(layers, images), whole.y /= 2;
-    const double aspect = static_cast<double>(whole.x) / whole.y;
-    ExrAttributes attributes;
+    ExrAttributes attributes = exr_attributes(result, info, whole);
     if (views) attributes.views = kViews;
-    attributes.display = whole;
-    attributes.origin = info.origin;
-    attributes.chromaticities = info.working_space.chromaticities;
-    attributes.world_to_camera = glm::inverse(info.camera.camera_to_world);
-    if (!info.camera.optics.traced()) attributes.world_to_clip = standard_clip(info.camera, aspect);
-    if (!info.reproducible) attributes.capture_date = capture_date_now();
-    attributes.frame_rate = info.frame_rate;
-    if (info.frame_rate) attributes.time_code = time_code(*info.frame_rate, info.frame);
-    attributes.extra = result.attributes;
-    if (!info.fingerprint.empty()) {
-        std::size_t channels = 0;
-        for (const ExrLayerView& layer : layers) channels += layer.channels.size();
-        const Image& image = layers[0].image;
-        attributes.extra[kFingerprintName] = fingerprint_of_exr(info.fingerprint, image.width, image.height, channels);
-    }
-    attributes.software = "halflight " HALFLIGHT_VERSION;
-    attributes.comments = info.comments;
-    const std::pair<const char*, const std::string&> extra[] = {
-        {"filter", info.filter},   {"lens", info.lens}, {"projection", info.projection},
-        {"shutter", info.shutter}, {"bias", info.bias}, {"error", info.error}};
-    for (const auto& [name, value] : extra)
-        if (!value.empty()) attributes.extra[name] = value;
-    if (!info.camera.name.empty()) attributes.extra["cameraLabel"] = info.camera.name;
-    attributes.numbers = info.numbers;
-    if (info.samples > 0) attributes.counts["samples"] = info.samples;
+    add_fingerprint(attributes, info.fingerprint, layers);
     write_exr_views(path, layers, attributes, info.exr);
 }
 
@@ -124,24 +101,32 @@ Image view_of(const std::filesystem::path& path, const RenderResult& result, con
     return info.transparent ? result.view : rgb(result.view);
 }
 
+/// Returns the profile of pictures through the view transform; empty: none.
+std::string profile_of(const PictureInfo& info) {
+    return info.encoding ? icc_profile(*info.encoding) : "";
+}
+
 std::string png_of(const std::filesystem::path& path, const RenderResult& result, const PictureInfo& info) {
     const Image picture = view_of(path, result, info);
-    PngText text;
-    if (!info.fingerprint.empty()) text = {kFingerprintName, info.fingerprint};
-    return encode_png(path.string(), picture.width, picture.height, picture.channels, quantize_8bit(picture), text);
+    PngOptions options{.bits = info.png_bits, .encoding = info.encoding};
+    if (!info.view_fingerprint.empty()) options.text = {kFingerprintName, info.view_fingerprint};
+    return encode_png(path.string(), picture, options);
 }
 
 std::string jpeg_of(const std::filesystem::path& path, const RenderResult& result, const PictureInfo& info) {
     const Image picture = view_of(path, result, info);
     return encode_jpeg(path.string(), picture.width, picture.height, quantize_8bit(picture), info.jpeg_quality,
-                       fingerprint_text(info.fingerprint));
+                       fingerprint_text(info.view_fingerprint), profile_of(info));
 }
 
 std::string tiff_of(const std::filesystem::path& path, const RenderResult& result, const PictureInfo& info) {
     Image picture;
-    std::optional<Chromaticities> primaries;  // the display config does not tell those of the view
-    if (holds_view(path, info.tiff)) {
+    std::optional<Chromaticities> primaries;
+    std::string profile;
+    const bool view = holds_view(path, info.tiff);
+    if (view) {
         picture = view_of(path, result, info);
+        profile = profile_of(info);
     } else {
         primaries = info.working_space.chromaticities;
         picture = result.beauty;
@@ -151,7 +136,8 @@ std::string tiff_of(const std::filesystem::path& path, const RenderResult& resul
             for (int c = 0; c < 3; ++c) picture.pixels[i + static_cast<std::size_t>(c)] = color[c];
         }
     }
-    return encode_tiff(path.string(), picture, info.tiff, fingerprint_text(info.fingerprint), primaries);
+    return encode_tiff(path.string(), picture, info.tiff,
+                       fingerprint_text(view ? info.view_fingerprint : info.fingerprint), primaries, profile);
 }
 
 /// A format of picture files.
@@ -201,6 +187,39 @@ std::map<std::string, float> numbers_of(const FrameRenderer& renderer, const Ren
 
 }  // namespace
 
+ExrAttributes exr_attributes(const RenderResult& result, const PictureInfo& info, const ivec2& whole) {
+    ExrAttributes attributes;
+    attributes.display = whole;
+    attributes.origin = info.origin;
+    attributes.chromaticities = info.working_space.chromaticities;
+    attributes.world_to_camera = glm::inverse(info.camera.camera_to_world);
+    if (!info.camera.optics.traced())
+        attributes.world_to_clip = standard_clip(info.camera, static_cast<double>(whole.x) / whole.y);
+    if (!info.reproducible) attributes.capture_date = capture_date_now();
+    attributes.frame_rate = info.frame_rate;
+    if (info.frame_rate) attributes.time_code = time_code(*info.frame_rate, info.frame);
+    attributes.extra = result.attributes;
+    attributes.software = "halflight " HALFLIGHT_VERSION;
+    attributes.comments = info.comments;
+    const std::pair<const char*, const std::string&> extra[] = {
+        {"filter", info.filter},   {"lens", info.lens}, {"projection", info.projection},
+        {"shutter", info.shutter}, {"bias", info.bias}, {"error", info.error}};
+    for (const auto& [name, value] : extra)
+        if (!value.empty()) attributes.extra[name] = value;
+    if (!info.camera.name.empty()) attributes.extra["cameraLabel"] = info.camera.name;
+    attributes.numbers = info.numbers;
+    if (info.samples > 0) attributes.counts["samples"] = info.samples;
+    return attributes;
+}
+
+void add_fingerprint(ExrAttributes& attributes, const std::string& fingerprint, std::span<const ExrLayerView> layers) {
+    if (fingerprint.empty()) return;
+    std::size_t channels = 0;
+    for (const ExrLayerView& layer : layers) channels += layer.channels.size();
+    const Image& image = layers[0].image;
+    attributes.extra[kFingerprintName] = fingerprint_of_exr(fingerprint, image.width, image.height, channels);
+}
+
 bool has_extension(const std::filesystem::path& path, std::string_view extension) {
     const std::string own = path.extension().string();
     return own.starts_with('.') &&
@@ -230,6 +249,17 @@ void check_size(const std::filesystem::path& path, const ivec2& size) {
         throw Error(path.string(), "{} x {} pixels: the sides of a JPEG end at {}", size.x, size.y, kMostJpegSide);
 }
 
+int png_bits(const OutputOptions& options, const std::optional<DisplayEncoding>& encoding) {
+    if (options.png_bits > 0) return options.png_bits;
+    return encoding && encoding->is_hdr() ? 16 : 8;  // 8 bits of PQ show bands
+}
+
+void set_display(PictureInfo& info, const ViewProcessor& view, const OutputOptions& options) {
+    info.encoding = view.encoding();
+    info.png_bits = png_bits(options, info.encoding);
+    if (info.encoding && info.encoding->is_srgb()) info.encoding.reset();
+}
+
 LinearSpace working_space(const ColorConfig& config, const std::string& name) {
     return config.linear_space(name == "rec709" ? "" : name);
 }
@@ -244,42 +274,46 @@ void write_picture(const std::filesystem::path& path, const RenderResult& result
 
 void write_pictures(const std::vector<std::filesystem::path>& paths, const RenderResult& result,
                     const PictureInfo& info, const Log& log) {
-    std::optional<Error> first;
+    std::exception_ptr first;
     for (const auto& path : paths) {
         try {
             write_picture(path, result, info);
             if (has_extension(path, "exr")) warn_beyond_half(path, result, info, log);
+        } catch (const DiskError&) {
+            throw;
         } catch (const Error& error) {
             if (first) log.warn("{}", error.what());
-            if (!first) first = error;
+            if (!first) first = std::current_exception();
         }
     }
-    if (first) throw *first;
+    if (first) std::rethrow_exception(first);
 }
 
 PictureInfo picture_info(const FrameRenderer& renderer, const RenderResult& result, const OutputOptions& options,
                          const std::string& error) {
     const RenderSettings& settings = renderer.settings();
-    return {.camera = settings.camera,
-            .working_space = working_space(renderer.colors(), options.working_space),
-            .half = settings.half_color,
-            .whole = {settings.width, settings.height},
-            .origin = data_window(settings).first,
-            .transparent = settings.transparent,
-            .exr = options.exr,
-            .aov_names = options.aov_names,
-            .jpeg_quality = options.jpeg_quality,
-            .tiff = options.tiff,
-            .numbers = numbers_of(renderer, result.stats, options),
-            .samples = result.stats.samples,
-            .comments = settings_line(renderer, result.stats),
-            .filter = text(settings.filter),
-            .lens = lens_text(settings.camera, result.stats.lens, {settings.width, settings.height}),
-            .projection = text(settings.camera.optics),
-            .shutter = shutter_text(renderer.shutter(), renderer.scene(), settings),
-            .bias = fmt::format("{}", fmt::join(result.stats.biases, "; ")),
-            .error = error,
-            .reproducible = options.reproducible};
+    PictureInfo info{.camera = settings.camera,
+                     .working_space = working_space(renderer.colors(), options.working_space),
+                     .half = settings.half_color,
+                     .whole = {settings.width, settings.height},
+                     .origin = data_window(settings).first,
+                     .transparent = settings.transparent,
+                     .exr = options.exr,
+                     .aov_names = options.aov_names,
+                     .jpeg_quality = options.jpeg_quality,
+                     .tiff = options.tiff,
+                     .numbers = numbers_of(renderer, result.stats, options),
+                     .samples = result.stats.samples,
+                     .comments = settings_line(renderer, result.stats),
+                     .filter = text(settings.filter),
+                     .lens = lens_text(settings.camera, result.stats.lens, {settings.width, settings.height}),
+                     .projection = text(settings.camera.optics),
+                     .shutter = shutter_text(renderer.shutter(), renderer.scene(), settings),
+                     .bias = fmt::format("{}", fmt::join(result.stats.biases, "; ")),
+                     .error = error,
+                     .reproducible = options.reproducible};
+    set_display(info, renderer.colors().view(settings.view), options);
+    return info;
 }
 
 std::string judge(const RenderStats& stats, const OutputOptions& options, const std::filesystem::path& output,

@@ -343,7 +343,7 @@ RenderResult SceneRenderer::picture(double seconds, const FrameSettings& frame, 
     return result;
 }
 
-RenderResult SceneRenderer::still(std::uint32_t frame, const FrameSettings& frame_settings, PictureInputs inputs,
+RenderResult SceneRenderer::still(FrameNumber frame, const FrameSettings& frame_settings, PictureInputs inputs,
                                   const ProgressCallback& progress) {
     const double seconds = scene_.time_of(frame);
     const bool motion =
@@ -359,6 +359,7 @@ RenderResult SceneRenderer::still(std::uint32_t frame, const FrameSettings& fram
 }
 
 void SceneRenderer::denoise(NoisyFrame& noisy, std::span<const NearFrame> others, RenderResult& result) {
+    if (!renderer_) pose(scene_.time_of(settings_.frame), settings_);  // all frames come from files
     guarded([&] { renderer_->denoise(noisy, others, result); });
 }
 

@@ -55,9 +55,9 @@ class SceneRenderer {
     RenderResult picture(double seconds, const FrameSettings& frame, PictureInputs inputs,
                          const ProgressCallback& progress);
     /// Renders a frame at its own time, with the motion of surfaces if a layer needs it.
-    RenderResult still(std::uint32_t frame, const FrameSettings& frame_settings, PictureInputs inputs,
+    RenderResult still(FrameNumber frame, const FrameSettings& frame_settings, PictureInputs inputs,
                        const ProgressCallback& progress);
-    /// Denoises a noisy picture of the pose with frames near it (Renderer::denoise()). Precondition: has_picture().
+    /// Denoises a noisy picture of the pose with frames near it (Renderer::denoise()).
     void denoise(NoisyFrame& noisy, std::span<const NearFrame> others, RenderResult& result);
 
     const ColorConfig& colors() const { return colors_; }

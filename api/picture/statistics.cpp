@@ -151,11 +151,13 @@ std::string settings_line(const FrameRenderer& renderer, const RenderStats& stat
     if (s.camera.optics.traced()) line += ", " + text(s.camera.optics);
     if (s.transparent) line += ", transparent";
     if (s.adaptive) line += ", adaptive";
-    if (s.denoise) line += ", denoised";
-    if (neighbour_frames(s) > 0) line += fmt::format(" with {} frames before and after", neighbour_frames(s));
     if (s.preview.any()) line += fmt::format(", preview {}", text(s.preview));
     if (!s.camera.name.empty()) line += fmt::format(", camera {}", s.camera.name);
-    return line;
+    return s.denoise ? line + denoised_text(neighbour_frames(s)) : line;
+}
+
+std::string denoised_text(int frames) {
+    return frames > 0 ? fmt::format(", denoised with {} frames before and after", frames) : ", denoised";
 }
 
 std::string describe_bad_values(const RenderStats& stats) {

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "api/halflight/denoise.h"
 #include "api/python/bindings.h"
 #include "engine/core/interruption.h"
 #include "engine/core/process.h"
@@ -75,10 +76,10 @@ struct PyRenderer {
     FrameRenderer renderer;
     OutputOptions output;
     SettingTexts texts;
-    std::uint32_t own_frame = 0;  // frame of the settings
+    FrameNumber own_frame = 0;  // frame of the settings
 
     /// Renders a frame. The result is incomplete if a signal has raised an exception, which `progress` holds.
-    RenderResult render(std::uint32_t frame, Callback& progress) {
+    RenderResult render(FrameNumber frame, Callback& progress) {
         struct Stopped {};
         const Interruptible stops([&] {
             if (!progress()) throw Stopped();
@@ -93,7 +94,7 @@ struct PyRenderer {
         }
     }
 
-    std::shared_ptr<PyPicture> render(std::optional<std::uint32_t> frame, py::object function, const Log& log) {
+    std::shared_ptr<PyPicture> render(std::optional<FrameNumber> frame, py::object function, const Log& log) {
         check_driver_not_forked();
         const Busy busy(*scene);
         Callback progress(std::move(function));
@@ -156,14 +157,17 @@ struct PyRenderer {
 };
 
 OutputOptions output_of(const std::string& working_space, bool reproducible, bool strict, bool best_effort,
-                        const std::string& exr_compression, bool exr_parts, int exr_tiles, int jpeg_quality,
-                        const std::string& tiff_type) {
+                        const std::string& exr_compression, bool exr_parts, int exr_tiles, int png_bits,
+                        int jpeg_quality, const std::string& tiff_type) {
+    if (png_bits != 0 && png_bits != 8 && png_bits != 16)
+        throw Error("png_bits", "expects 8 or 16, or 0 for 16 in HDR alone, not {}", png_bits);
     if (jpeg_quality < 1 || jpeg_quality > 100) throw Error("jpeg_quality", "expects 1 to 100, not {}", jpeg_quality);
     if (tiff_type != "8" && tiff_type != "16" && tiff_type != "float")
         throw Error("tiff_type", "expects 8, 16 or float, not '{}'", tiff_type);
     return {.working_space = working_space,
             .exr = {exr_compression_named(exr_compression), exr_parts, exr_tiles},
             .jpeg_quality = jpeg_quality,
+            .png_bits = png_bits,
             .tiff = tiff_type == "8"    ? TiffType::uint8
                     : tiff_type == "16" ? TiffType::uint16
                                         : TiffType::float32,
@@ -191,7 +195,7 @@ std::unique_ptr<PyRenderer> make_renderer(std::shared_ptr<PyScene> scene, const 
     settings.measure = measure;
     settings.pictures = pictures;
     const Unlocked unlocked;
-    const std::uint32_t frame = settings.frame;
+    const FrameNumber frame = settings.frame;
     FrameRenderer renderer(scene->scene, std::move(settings), options);
     return std::make_unique<PyRenderer>(
         PyRenderer{std::move(scene), std::move(renderer), std::move(output), texts, frame});
@@ -199,9 +203,9 @@ std::unique_ptr<PyRenderer> make_renderer(std::shared_ptr<PyScene> scene, const 
 
 py::dict render_files(const std::shared_ptr<PyScene>& scene, const SettingTexts& texts, const RendererOptions& renderer,
                       const OutputOptions& output, const std::vector<std::filesystem::path>& outputs,
-                      const std::vector<std::uint32_t>& frames, const std::optional<std::filesystem::path>& movie,
-                      const std::optional<std::filesystem::path>& stats, bool overwrite, py::object function,
-                      py::object log) {
+                      const std::vector<FrameNumber>& frames, const std::optional<std::filesystem::path>& movie,
+                      const std::optional<std::filesystem::path>& stats, bool overwrite, bool develop,
+                      py::object function, py::object log) {
     const Busy busy(*scene);
     Callback progress(std::move(function));
     const SequenceOptions options{.frames = frames,
@@ -210,12 +214,13 @@ py::dict render_files(const std::shared_ptr<PyScene>& scene, const SettingTexts&
                                   .movie = movie,
                                   .stats = stats,
                                   .overwrite = overwrite,
+                                  .develop = develop,
                                   .output = output};
     const RenderSettings settings = settings_of(texts, scene->scene.chosen_camera().camera);
     const Log sink = log_to(std::move(log));
     SequenceEvents events;
     events.go_on = [&] { return progress(); };
-    events.progress = [&](std::uint32_t frame, const RenderProgress& p) {
+    events.progress = [&](FrameNumber frame, const RenderProgress& p) {
         return progress([&] { return py::make_tuple(frame, p.samples_done, p.samples_total, p.seconds); });
     };
     SequenceTally tally;
@@ -232,6 +237,39 @@ py::dict render_files(const std::shared_ptr<PyScene>& scene, const SettingTexts&
     return result;
 }
 
+py::dict denoise_files(const std::vector<std::filesystem::path>& frames,
+                       const std::vector<std::filesystem::path>& outputs, std::optional<int> near,
+                       const SettingTexts& texts, const RendererOptions& renderer, const OutputOptions& output,
+                       bool overwrite, py::object function, py::object log) {
+    const ViewTransform view = settings_of(texts, {}).view;  // throws for unknown names
+    for (const auto& [name, value] : texts)
+        if (setting(name).group != "Colour")
+            throw Error("settings", "{} was decided when the frames were rendered", name);
+    Callback progress(std::move(function));
+    const Log sink = log_to(std::move(log));
+    DenoiseTally tally;
+    {
+        const Unlocked unlocked;
+        tally = denoise_frames(
+            {.frames = frames,
+             .outputs = outputs,
+             .near = near,
+             .view = view,
+             .output = output,
+             .overwrite = overwrite,
+             .colors = renderer.colors,
+             .context = renderer.context},
+            [&](std::size_t done, std::size_t all) { return progress([&] { return py::make_tuple(done, all); }); },
+            sink);
+    }
+    progress.rethrow();
+    py::dict result;
+    result["frames"] = tally.frames;
+    result["kept"] = tally.kept;
+    result["made"] = tally.made;
+    return result;
+}
+
 }  // namespace
 
 void bind_renderer(py::module_& module) {
@@ -239,13 +277,14 @@ void bind_renderer(py::module_& module) {
     py::class_<RendererOptions>(module, "RendererOptions").def(py::init(&options_of));
     py::class_<PyRenderer>(module, "Renderer")
         .def(py::init(&make_renderer))
-        .def("render", [](PyRenderer& r, std::optional<std::uint32_t> frame, py::object progress,
+        .def("render", [](PyRenderer& r, std::optional<FrameNumber> frame, py::object progress,
                           py::object log) { return r.render(frame, std::move(progress), log_to(std::move(log))); })
         .def("find_estimator", &PyRenderer::find_estimator)
         .def("change", &PyRenderer::change)
         .def_property_readonly("frame", [](const PyRenderer& r) { return r.renderer.settings().frame; })
         .def_property_readonly("device", [](const PyRenderer& r) { return r.renderer.context().renderer(); });
     module.def("render_files", &render_files);
+    module.def("denoise_files", &denoise_files);
     module.def("parse_frames", [](const std::string& list) { return parse_frames("frames", list); });
     module.def("settings", [] {
         py::list rows;

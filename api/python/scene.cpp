@@ -44,7 +44,7 @@ EnvironmentChoice environment_of(const Environment3& e) {
 
 std::shared_ptr<PyScene> load(const std::filesystem::path& path, const Environment3& environment,
                               const std::optional<std::string>& sky, const std::optional<std::string>& animation,
-                              const std::optional<std::string>& fps, std::uint32_t frame_offset, bool allow_outside,
+                              const std::optional<std::string>& fps, FrameNumber frame_offset, bool allow_outside,
                               bool strict, const std::optional<std::string>& variant, bool mip_levels,
                               std::optional<double> line_width, bool lamps,
                               const std::optional<std::filesystem::path>& settings, py::object log) {
@@ -300,6 +300,14 @@ void bind_scene(py::module_& module) {
                                    for (const ObjectName& c : s.readable().edits().catchers) names.push_back(c.name);
                                    return names;
                                })
+        .def("set_ground",
+             [](PyScene& s, bool on, std::optional<double> height) {
+                 edit(s, [&](SceneEdits& edits, const Scene&) {
+                     edits.ground = on;
+                     edits.ground_height = on ? height : std::nullopt;
+                 });
+             })
+        .def_property_readonly("ground", [](const PyScene& s) { return s.readable().edits().ground; })
         .def("set_light_groups", &set_light_groups)
         .def_property_readonly("light_groups", [](const PyScene& s) { return s.readable().scene().light_groups; })
         .def_property_readonly("hidden",

@@ -237,6 +237,7 @@ SceneEdits surface_edits(const SceneEdits& edits) {
     part.transforms = edits.transforms;
     part.nodes = edits.nodes;
     part.catchers = edits.catchers;
+    part.ground = edits.ground, part.ground_height = edits.ground_height;
     std::ranges::copy_if(edits.hidden, std::back_inserter(part.hidden),
                          [](const ObjectName& h) { return !h.name.starts_with("light:"); });
     return part;

@@ -37,6 +37,12 @@ std::vector<std::size_t> indices_where(const NamedObjects& objects, const Matche
     return found;
 }
 
+/// Removes the last name, that of a ground, if the scene has one.
+NamedObjects without_ground(NamedObjects objects, const Scene& scene) {
+    if (!scene.instances.empty() && scene.instances.back().added) objects.names.pop_back();
+    return objects;
+}
+
 }  // namespace
 
 NamedObjects lights_of(const Scene& scene) {
@@ -44,11 +50,11 @@ NamedObjects lights_of(const Scene& scene) {
 }
 
 NamedObjects materials_of(const Scene& scene) {
-    return named("material", scene.materials);
+    return without_ground(named("material", scene.materials), scene);
 }
 
 NamedObjects meshes_of(const Scene& scene) {
-    return named("mesh", scene.meshes);
+    return without_ground(named("mesh", scene.meshes), scene);
 }
 
 NamedObjects nodes_of(const SceneTree& tree) {

@@ -30,8 +30,8 @@ void check_no_moved_surfaces(const SceneEdits& edits, const std::string& file) {
     if (change_surfaces(edits))
         throw Error(
             file,
-            "nodes, transforms, hidden surfaces and shadow catchers cannot change with pages (light:NAME hides a "
-            "light)");
+            "nodes, transforms, hidden surfaces, shadow catchers and a ground cannot change with pages (light:NAME "
+            "hides a light)");
 }
 
 void check_paged_edits(const SceneEdits& edits, const Scene& scene, const paging::PageIndex& index,

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "api/halflight/object_names.h"
+#include "api/scene/ground.h"
 #include "api/scene/light_groups.h"
 #include "api/scene/node_edits.h"
 #include "engine/core/error.h"
@@ -157,6 +158,7 @@ void check_values(const SceneEdits& edits, const Scene& scene, const std::string
     check(subject, "factor of emission", edits.emission, kEditFactor);
     check(subject, "radius of the lamps", edits.lamp_radius.value_or(0), kEditRadius);
     check(subject, "angle of the suns", edits.sun_angle.value_or(0), kEditAngle);
+    check(subject, "height of the ground", edits.ground_height.value_or(0), kEditPosition);
     check_no_emission(edits, scene, subject);
     for_each_named(edits.lights, lights_of(scene), scene, subject,
                    [](std::size_t, const LightEdit& edit, const std::string& where) { check(edit, where); });
@@ -190,6 +192,9 @@ void apply(const SceneEdits& edits, Scene& scene, const SceneTree& tree, const s
     const std::string subject = subject_of(scene, source);
     check_values(edits, scene, subject);
     const FoundLightGroups groups = find_light_groups(edits, scene, tree, subject);
+    const WorldBounds bounds = !edits.ground       ? WorldBounds()
+                               : scene.rest_bounds ? *scene.rest_bounds
+                                                   : world_bounds(scene);
     std::vector<Instance> unmoved = scene.instances;
     for (std::size_t i = 0; i < scene.instances.size(); ++i) scene.instances[i].light_group = groups.instances[i];
     for (const auto& [index, transform] : edits.transforms) scene.instances[index].object_to_world = transform;
@@ -228,6 +233,7 @@ void apply(const SceneEdits& edits, Scene& scene, const SceneTree& tree, const s
         set_light_groups(separate_lights(scene, {}, subject), scene);
     else
         set_light_groups(edits, groups, scene);
+    if (edits.ground) add_ground(scene, bounds, edits.ground_height);
 }
 
 void apply(const SceneEdits& edits, Scene& scene, const std::string& source) {

@@ -18,6 +18,7 @@ SceneFile::SceneFile(const std::filesystem::path& path, const GltfOptions& optio
 }
 
 void SceneFile::play(const std::string& animation, const Log& log) {
+    rest_bounds_.reset();
     playing_ = choose_animations(file_, path_, animation, log);
 }
 
@@ -31,7 +32,19 @@ Scene SceneFile::at(double seconds, std::vector<TextureImage> images) {
     Scene scene;
     scene.images = std::move(images);
     file_.pose(scene, seconds, playing_);
+    set_rest_bounds(scene, seconds);
     return scene;
+}
+
+Scene SceneFile::at(double seconds) {
+    Scene scene = file_.at(seconds, playing_);
+    set_rest_bounds(scene, seconds);
+    return scene;
+}
+
+void SceneFile::set_rest_bounds(Scene& scene, double seconds) {
+    if (!rest_bounds_) rest_bounds_ = world_bounds(seconds == 0 ? scene : file_.at(0, playing_));
+    scene.rest_bounds = rest_bounds_;
 }
 
 void SceneFile::pose(Scene& scene, double seconds) {
@@ -45,6 +58,7 @@ void SceneFile::pose(Scene& scene, double seconds) {
     }
     scene.environment = std::move(environment);
     scene.paged_bounds = paged;
+    set_rest_bounds(scene, seconds);
 }
 
 bool SceneFile::drives_light() {

@@ -167,6 +167,10 @@ void read_edits(const Element& file, SceneEdits& edits) {
     with(file, "shadow_catchers", [&](const Element& v) {
         for (const Element& one : v.items()) add_catcher(edits, one.where(), one.text());
     });
+    with(file, "ground", [&](const Element& v) {
+        edits.ground = v.is_number() || v.truth();
+        if (v.is_number()) edits.ground_height = v.number(kEditPosition);
+    });
     with(file, "light_groups", [&](const Element& v) {
         if (v.is_string()) {
             if (v.text() != "each") v.fail("is neither an object nor \"each\"");
@@ -191,6 +195,7 @@ void write_edits(const SceneEdits& edits, Json& json) {
     for (const auto& [name, edit, source] : edits.nodes) json["nodes"][name] = node_json(edit);
     for (const auto& [name, source] : edits.hidden) json["hide"].push_back(name);
     for (const auto& [name, source] : edits.catchers) json["shadow_catchers"].push_back(name);
+    if (edits.ground) json["ground"] = edits.ground_height ? Json(*edits.ground_height) : Json(true);
     if (edits.each_light) json["light_groups"] = "each";
     for (const auto& [name, lights, source] : edits.light_groups) json["light_groups"][name] = lights;
 }

@@ -35,6 +35,7 @@ class Element {
     }
 
     bool is_string() const { return json_.is_string(); }
+    bool is_number() const { return json_.is_number(); }
     bool is_object() const { return json_.is_object(); }
     bool is_list() const { return json_.is_array(); }
     std::optional<Element> find(const char* key) const {

@@ -189,9 +189,9 @@ SavedSettings::Moment read_moment(const Element& e) {
     moment.animation = name->text();
     if (moment.animation.empty()) name->fail("is empty");
     with(e, "frame", [&](const Element& v) {
-        const double frame = v.number(0, ~0u);
+        const double frame = v.number(kLeastFrame, kMostFrame);
         if (frame != std::floor(frame)) v.fail("is no whole number");
-        moment.frame = static_cast<std::uint32_t>(frame);
+        moment.frame = static_cast<FrameNumber>(frame);
     });
     with(e, "fps", [&](const Element& v) { moment.rate = parse_frame_rate(v.where(), v.text()); });
     return moment;
@@ -251,7 +251,7 @@ SavedSettings parse_settings(std::string_view text, const fs::path& path) {
                                "emission",           "lights",      "clay",      "materials",
                                "transforms",         "animation",   "bookmarks", "variant",
                                "line_width",         "nodes",       "hide",      "shadow_catchers",
-                               "light_groups",       "lamp_radius", "sun_angle"};
+                               "light_groups",       "lamp_radius", "sun_angle", "ground"};
     for (const std::string_view name : saved_settings()) keys.emplace(name);
     file.check_keys(keys);
     const auto version = file.find("halflight_settings");

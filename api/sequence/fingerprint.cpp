@@ -111,6 +111,8 @@ void add_edits(Fingerprint& print, const SceneEdits& edits) {
     for (const auto& [name, edit, source] : edits.nodes) print.text("node").text(name).text(text(edit));
     for (const auto& [name, source] : edits.hidden) print.text("hidden").text(name);
     for (const auto& [name, source] : edits.catchers) print.text("shadow catcher").text(name);
+    if (edits.ground) print.text("ground");
+    if (edits.ground_height) print.values("ground at {}", *edits.ground_height);
     if (edits.each_light) print.text("each light");
     for (const auto& [name, lights, source] : edits.light_groups) {
         print.text("light group").text(name);
@@ -118,15 +120,33 @@ void add_edits(Fingerprint& print, const SceneEdits& edits) {
     }
 }
 
-void add_color(Fingerprint& print, const OutputOptions& output, const RenderSettings& settings,
-               const ColorConfig& config) {
-    print.text(output.working_space);
-    if (settings.want_view) {  // environment variables may choose the view, and change what it does
-        const ViewProcessor view = config.view(settings.view);
-        print.text(view.display()).text(view.view()).text(view.look()).text(view.cache_id());
-    }
+/// Returns whether a setting applies to the sums of a picture, which are there without it.
+bool is_late(const Setting& setting) {
+    constexpr std::string_view kLate[] = {"denoise", "keep-noisy", "denoise-frames", "denoise-error"};
+    return setting.group == "Colour" || std::ranges::find(kLate, setting.name) != std::end(kLate);
+}
+
+void add_settings(Fingerprint& print, const RenderSettings& settings, bool (*takes)(const Setting& setting)) {
+    RenderSettings with_effect = settings;
+    with_effect.optics = effective(settings.optics);
+    if (settings.denoise) with_effect.keep_noisy = false;  // the picture is the same
+    for (const Setting& setting : known_settings())
+        if (setting.fingerprint && takes(setting)) print.text(setting.name).text(setting.get(with_effect));
+}
+
+/// Adds the settings of the view, and the colour config.
+void add_view(Fingerprint& print, const RenderSettings& settings, const ColorConfig& config) {
+    add_settings(print, settings, [](const Setting& s) { return s.group == "Colour"; });
+    // Environment variables may choose the view, and change what it does.
+    const ViewProcessor view = config.view(settings.view);
+    print.text(view.display()).text(view.view()).text(view.look()).text(view.cache_id());
     for (const auto& file : config.files()) print.file(file);
     print.values("{} files", config.files().size());
+}
+
+void add_linear_space(Fingerprint& print, const LinearSpace& space) {
+    print.text(space.name);
+    for (int column = 0; column < 3; ++column) print.text(point_text(dvec3(space.from_rec709[column])));
 }
 
 /// Adds the layout of .exr files. That of old files, zip in lines of one part, adds nothing.
@@ -136,8 +156,8 @@ void add_layout(Fingerprint& print, const ExrLayout& layout) {
     if (layout.tile > 0) print.values("tiles {}", layout.tile);
 }
 
-/// Adds the program's sources, the scene with its edits, and the settings. view: includes those of the group Colour.
-void add_picture(Fingerprint& print, const LoadedScene& scene, const RenderSettings& settings, bool view) {
+/// Adds the program's sources, the scene with its edits, and the settings that decide the sums.
+void add_sums(Fingerprint& print, const LoadedScene& scene, const RenderSettings& settings) {
     print.text(source_hash());
     // Page files hold times of other files. What they hold of the scene follows from its own files.
     std::span<const VersionedFile> files = scene.files();
@@ -145,42 +165,47 @@ void add_picture(Fingerprint& print, const LoadedScene& scene, const RenderSetti
     for (const auto& file : files) print.file(file);
     print.values("{} {}", scene.playing().size(), fmt::join(scene.playing(), " "));
     print.values("{}/{} fps", scene.frame_rate().numerator, scene.frame_rate().denominator);
-    if (scene.choice().frame_offset > 0) print.values("frame {} at 0 s", scene.choice().frame_offset);
+    if (scene.choice().frame_offset != 0) print.values("frame {} at 0 s", scene.choice().frame_offset);
     if (!scene.choice().variant.empty()) print.text("variant").text(scene.choice().variant);
     if (scene.choice().line_width > 0) print.values("line width {}", scene.choice().line_width);
     add_camera(print, scene.camera_choice(), scene.chosen_camera());
     add_environment(print, scene);
     add_edits(print, scene.edits());
-    RenderSettings with_effect = settings;
-    with_effect.optics = effective(settings.optics);
-    for (const Setting& setting : known_settings())
-        if (setting.fingerprint && (view || setting.group != "Colour"))
-            print.text(setting.name).text(setting.get(with_effect));
+    add_settings(print, settings, [](const Setting& s) { return !is_late(s); });
+    print.values("halves {}", has_halves(settings));  // a pilot may choose other techniques for them
 }
 
 }  // namespace
 
-std::string shutter_fingerprint(const Shutter& shutter, const LoadedScene& scene, const RenderSettings& settings) {
-    return shutter.open == 0 ? ""
-                             : fmt::format("shutter {} {} {} {}", shutter.open, name(shutter.position), shutter.ramp,
-                                           shutter_times(shutter, scene, settings, settings.samples));
+std::string sums_fingerprint(const LoadedScene& scene, const RenderSettings& settings, const Shutter& shutter) {
+    Fingerprint print;
+    add_sums(print, scene, settings);
+    if (shutter.open > 0)
+        print.values("shutter {} {} {} {}", shutter.open, name(shutter.position), shutter.ramp,
+                     shutter_times(shutter, scene, settings, settings.samples));
+    return print.hex();
 }
 
-std::string sequence_fingerprint(const LoadedScene& scene, const RenderSettings& settings, const Shutter& shutter,
-                                 const ColorConfig& config, const OutputOptions& output,
-                                 const std::vector<std::uint32_t>& frames) {
-    Fingerprint print;
-    add_picture(print, scene, settings, true);
-    add_color(print, output, settings, config);
-    add_layout(print, output.exr);
-    if (output.aov_names != AovNames::halflight) print.values("aov names {}", static_cast<int>(output.aov_names));
-    if (const OutputOptions usual; output.jpeg_quality != usual.jpeg_quality || output.tiff != usual.tiff)
-        print.values("jpeg {} tiff {}", output.jpeg_quality, static_cast<int>(output.tiff));
-    print.values("best effort {}", output.best_effort);
+SequencePrints sequence_prints(const std::string& sums, const RenderSettings& settings, const ColorConfig& config,
+                               const OutputOptions& output, const std::vector<FrameNumber>& frames) {
+    Fingerprint picture;
+    picture.text(sums);
+    add_settings(picture, settings, [](const Setting& s) { return is_late(s) && s.group != "Colour"; });
+    picture.values("best effort {} tiff {}", output.best_effort, static_cast<int>(output.tiff));
     // Frames depend on the frames before them if temporal accumulation is on.
-    if (settings.preview.temporal) print.values("frames {}", fmt::join(frames, ","));
-    print.text(shutter_fingerprint(shutter, scene, settings));
-    return print.hex();
+    if (settings.preview.temporal) picture.values("frames {}", fmt::join(frames, ","));
+    SequencePrints prints;
+    Fingerprint linear = picture;
+    add_linear_space(linear, working_space(config, output.working_space));
+    add_layout(linear, output.exr);
+    if (output.aov_names != AovNames::halflight) linear.values("aov names {}", static_cast<int>(output.aov_names));
+    prints.linear = linear.hex();
+    if (!settings.want_view) return prints;
+    Fingerprint view = picture;
+    add_view(view, settings, config);
+    view.values("jpeg {} png {}", output.jpeg_quality, output.png_bits);
+    prints.view = view.hex();
+    return prints;
 }
 
 namespace {
@@ -193,13 +218,7 @@ std::string fingerprint_of_text(const std::string& text) {
 
 }  // namespace
 
-std::string sums_fingerprint(const LoadedScene& scene, const RenderSettings& settings) {
-    Fingerprint print;
-    add_picture(print, scene, settings, false);
-    return print.hex();
-}
-
-std::string frame_fingerprint(const std::string& sequence, std::uint32_t frame) {
+std::string frame_fingerprint(const std::string& sequence, FrameNumber frame) {
     return Fingerprint().text(sequence).values("{}", frame).hex();
 }
 
@@ -209,6 +228,12 @@ std::string fingerprint_text(const std::string& fingerprint) {
 
 std::string fingerprint_of_exr(const std::string& fingerprint, int width, int height, std::size_t channels) {
     return fmt::format("{}, {} x {} x {}", fingerprint, width, height, channels);
+}
+
+std::string fingerprint_of(ExrFile& exr) {
+    const std::string found = exr.attributes.extra[kFingerprintName];
+    const std::string own = found.substr(0, found.find(','));
+    return found == fingerprint_of_exr(own, exr.width, exr.height, exr.channels.size()) ? own : found;
 }
 
 // First bytes of .exr, .png, .jpg and .tif files.
@@ -225,9 +250,7 @@ FrameFile examine_frame(const std::filesystem::path& path, const std::string& fi
         if (cut || bytes.find_first_not_of('\0') == std::string::npos) return FrameFile::incomplete;
         if (is_exr(bytes)) {
             ExrFile exr = read_exr(path, {kMaxSide, kAnySize});
-            found = exr.attributes.extra[kFingerprintName];
-            if (found == fingerprint_of_exr(fingerprint, exr.width, exr.height, exr.channels.size()))
-                found = fingerprint;
+            found = fingerprint_of(exr);
         } else if (is_png(bytes)) {
             read_png(path.string(), bytes, kMaxSide);
             found = text_of_png(bytes, kFingerprintName);

@@ -14,23 +14,26 @@
 
 namespace halflight {
 
-/// Returns the shutter as text; empty without motion blur.
-std::string shutter_fingerprint(const Shutter& shutter, const LoadedScene& scene, const RenderSettings& settings);
+/// Returns a fingerprint of everything that decides the sums of the samples of frames. It covers the contents of the
+/// scene's files and of the environment map, the settings with Setting::fingerprint, and the version of the program. It
+/// leaves out the settings of the denoiser and of the group Colour, which apply to the finished picture. Throws Error
+/// for a file that can no longer be read, or has changed since it was loaded.
+std::string sums_fingerprint(const LoadedScene& scene, const RenderSettings& settings, const Shutter& shutter);
 
-/// Returns a fingerprint of everything that decides the pixels of a sequence. It covers the contents of the scene's
-/// files, of the environment map and of the colour config with its LUTs. It also covers the settings with
-/// Setting::fingerprint, and the version of the program. Throws Error for a file that can no longer be read, or has
-/// changed since it was loaded.
-std::string sequence_fingerprint(const LoadedScene& scene, const RenderSettings& settings, const Shutter& shutter,
-                                 const ColorConfig& config, const OutputOptions& output,
-                                 const std::vector<std::uint32_t>& frames);
+/// Fingerprints of a sequence.
+struct SequencePrints {
+    std::string linear;  // scene-linear files
+    std::string view;    // files through the view transform; empty if none is wanted
+};
 
-/// Returns a fingerprint of everything that decides the sums of the samples of frames without motion blur. It leaves
-/// out the colour config and the settings of the group Colour, which apply to the finished picture.
-std::string sums_fingerprint(const LoadedScene& scene, const RenderSettings& settings);
+/// Returns the fingerprints of everything that decides the pixels of a sequence. They add to sums_fingerprint() the
+/// settings that it leaves out, outputs, and the colour config with its LUTs as far as the files depend on it.
+/// `frames`: those of the sequence, on which frames depend with Preview::temporal.
+SequencePrints sequence_prints(const std::string& sums, const RenderSettings& settings, const ColorConfig& config,
+                               const OutputOptions& output, const std::vector<FrameNumber>& frames);
 
 /// Returns the fingerprint of one frame: 16 hexadecimal digits.
-std::string frame_fingerprint(const std::string& sequence, std::uint32_t frame);
+std::string frame_fingerprint(const std::string& sequence, FrameNumber frame);
 
 /// Name of the attribute of an .exr, and keyword of a .png, that holds the fingerprint.
 inline constexpr const char* kFingerprintName = "halflightFingerprint";
@@ -40,6 +43,9 @@ std::string fingerprint_text(const std::string& fingerprint);
 /// Returns the attribute of an .exr that holds a fingerprint. It counts pixels and channels, because other programs
 /// keep attributes when they resize pictures or remove layers.
 std::string fingerprint_of_exr(const std::string& fingerprint, int width, int height, std::size_t channels);
+
+/// Returns the fingerprint in the header of an .exr; the text of the attribute if it does not fit the file.
+std::string fingerprint_of(ExrFile& exr);
 
 enum class FrameFile {
     missing,     // there is no such file

@@ -14,13 +14,14 @@ namespace {
 struct Placeholder {
     std::size_t at = 0;
     std::size_t length = 0;
-    int width = 1;  // minimum number of digits
+    int width = 1;       // minimum number of digits
+    bool signs = false;  // a minus sign counts as one of them
 };
 
 /// Finds %d or %0Nd, N from 1 to 99, at the start of `text`.
 std::optional<Placeholder> printf_placeholder(std::string_view text) {
     const auto digit = [&](std::size_t i) { return i < text.size() && text[i] >= '0' && text[i] <= '9'; };
-    Placeholder found{0, 1, 1};
+    Placeholder found{0, 1, 1, true};
     if (digit(1) && text[1] == '0' && digit(2) && text[2] != '0') {
         found.width = text[2] - '0';
         found.length = 3;
@@ -56,12 +57,13 @@ int count_placeholders(const std::filesystem::path& pattern) {
     return count;
 }
 
-std::filesystem::path frame_path(const std::filesystem::path& pattern, std::uint32_t frame) {
+std::filesystem::path frame_path(const std::filesystem::path& pattern, FrameNumber frame) {
     const std::string name = pattern.filename().string();
     const auto found = find_placeholder(name);
     assert(found);
-    return pattern.parent_path() / fmt::format("{}{:0{}}{}", name.substr(0, found->at), frame, found->width,
-                                               name.substr(found->at + found->length));
+    const int width = found->width + (frame < 0 && !found->signs ? 1 : 0);
+    return pattern.parent_path() /
+           fmt::format("{}{:0{}}{}", name.substr(0, found->at), frame, width, name.substr(found->at + found->length));
 }
 
 }  // namespace halflight

@@ -4,6 +4,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <system_error>
@@ -44,36 +45,92 @@ bool is_complete(const std::filesystem::path& file) {
     return index && at == source.size();
 }
 
+const char* name_of_primaries(const DisplayEncoding& encoding) {
+    switch (encoding.primaries) {
+        case 9:
+            return "bt2020";
+        case 11:
+            return "smpte431";
+        case 12:
+            return "smpte432";
+        default:
+            return "bt709";
+    }
+}
+
+const char* name_of_curve(const DisplayEncoding& encoding) {
+    switch (encoding.curve) {
+        case TransferCurve::bt1886:
+            return "bt709";
+        case TransferCurve::gamma22:
+            return "gamma22";
+        case TransferCurve::srgb:
+            return "iec61966-2-1";
+        case TransferCurve::pq:
+            return "smpte2084";
+        case TransferCurve::gamma26:
+            return "smpte428";
+        case TransferCurve::hlg:
+            return "arib-std-b67";
+    }
+    return "unknown";
+}
+
 }  // namespace
 
 std::vector<std::string> ffmpeg_arguments(const MovieFormat& format, const std::filesystem::path& file) {
     std::vector<std::string> all = {"ffmpeg", "-hide_banner", "-loglevel", "error", "-nostdin", "-y"};
     const auto add = [&](std::initializer_list<std::string> more) { all.insert(all.end(), more); };
-    add({"-f", "rawvideo", "-pixel_format", "rgb24"});
+    add({"-f", "rawvideo", "-pixel_format", format.bits == 16 ? "rgb48le" : "rgb24"});
     add({"-video_size", fmt::format("{}x{}", even(format.size.x), even(format.size.y))});
     add({"-framerate", fmt::format("{}/{}", format.rate.numerator, format.rate.denominator), "-i", "pipe:0"});
+    const bool wide = format.encoding && format.encoding->primaries == 9;
+    const std::string matrix = wide ? "bt2020" : "bt709", colours = wide ? "bt2020nc" : "bt709";
     // Some encoders read the colour space from the frames, others from the stream.
-    std::string params = "colorspace=bt709:range=tv";
-    if (format.srgb) params += ":color_primaries=bt709:color_trc=iec61966-2-1";
-    add({"-vf", "scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+full_chroma_int,setparams=" + params});
-    add({"-colorspace", "bt709", "-color_range", "tv"});
-    if (format.srgb) add({"-color_primaries", "bt709", "-color_trc", "iec61966-2-1"});
-    if (has_extension(file, "mov"))
+    std::string params = "colorspace=" + colours + ":range=tv";
+    add({"-colorspace", colours, "-color_range", "tv"});
+    if (format.encoding) {
+        const std::string primaries = name_of_primaries(*format.encoding), curve = name_of_curve(*format.encoding);
+        params += ":color_primaries=" + primaries + ":color_trc=" + (curve == "gamma22" ? "bt470m" : curve);
+        add({"-color_primaries", primaries, "-color_trc", curve});
+    }
+    add({"-vf",
+         "scale=out_color_matrix=" + matrix + ":out_range=tv:flags=accurate_rnd+full_chroma_int,setparams=" + params});
+    const bool mov = has_extension(file, "mov");
+    if (mov && format.start) {
+        const TimeCode& t = *format.start;
+        const bool pairs = format.rate.numerator > 30 * std::int64_t{format.rate.denominator};
+        const int frame = pairs ? 2 * t.frame + (t.second_of_pair ? 1 : 0) : t.frame;
+        add({"-timecode", fmt::format("{:02}:{:02}:{:02}:{:02}", t.hours, t.minutes, t.seconds, frame)});
+    }
+    if (mov)
         add({"-c:v", "prores_ks", "-profile:v", "3", "-vendor", "apl0", "-pix_fmt", "yuv422p10le", "-f", "mov"});
+    else if (format.encoding && format.encoding->is_hdr())
+        add({"-c:v", "libx265", "-crf", "16", "-pix_fmt", "yuv420p10le", "-tag:v", "hvc1", "-x265-params",
+             "log-level=error", "-movflags", "+faststart", "-f", "mp4"});
     else
         add({"-c:v", "libx264", "-crf", "16", "-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4"});
     add({"file:" + file.string()});  // "file:" keeps ffmpeg from reading a name with a colon as a protocol
     return all;
 }
 
-std::vector<std::uint8_t> movie_frame(const Image& view) {
+std::vector<std::uint8_t> movie_frame(const Image& view, int bits) {
     std::vector<std::uint8_t> bytes;
     const int width = even(view.width), height = even(view.height);
-    bytes.reserve(std::size_t{3} * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+    bytes.reserve(static_cast<std::size_t>(3 * bits / 8) * static_cast<std::size_t>(width) *
+                  static_cast<std::size_t>(height));
     for (int y = 0; y < height; ++y) {
         for (int x = 0; x < width; ++x) {
             const float* const pixel = view.at(std::min(x, view.width - 1), std::min(y, view.height - 1));
-            for (int c = 0; c < 3; ++c) bytes.push_back(quantize_8bit(pixel[c]));
+            for (int c = 0; c < 3; ++c) {
+                if (bits == 8) {
+                    bytes.push_back(quantize_8bit(pixel[c]));
+                } else {
+                    const std::uint16_t level = quantize_16bit(pixel[c]);
+                    bytes.push_back(static_cast<std::uint8_t>(level & 0xff));
+                    bytes.push_back(static_cast<std::uint8_t>(level >> 8));
+                }
+            }
         }
     }
     return bytes;
@@ -81,7 +138,7 @@ std::vector<std::uint8_t> movie_frame(const Image& view) {
 
 Movie::Movie(const std::filesystem::path& file, std::string subject, const MovieFormat& format,
              std::function<void()> pulse)
-    : subject_(std::move(subject)), file_(file), pulse_(std::move(pulse)) {
+    : format_(format), subject_(std::move(subject)), file_(file), pulse_(std::move(pulse)) {
     // A socket is used because a write to a pipe without a reader raises a signal, which the caller may handle.
     std::array<int, 2> ends{-1, -1};
     if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0)
@@ -108,7 +165,7 @@ void Movie::close_input() {
 
 void Movie::add(const Image& view) {
     if (failed_) return;
-    const std::vector<std::uint8_t> bytes = movie_frame(view);
+    const std::vector<std::uint8_t> bytes = movie_frame(view, format_.bits);
     for (std::size_t done = 0; done < bytes.size() && !failed_;) {
         pollfd room{input_, POLLOUT, 0};
         if (poll(&room, 1, 100) <= 0) {  // ffmpeg is busy, or there was a signal

@@ -1,10 +1,12 @@
 #include "api/sequence/near_frames.h"
 
 #include <algorithm>
-#include <limits>
+#include <chrono>
+#include <thread>
 #include <utility>
 
 #include "engine/core/error.h"
+#include "engine/core/interruption.h"
 #include "engine/core/stopwatch.h"
 #include "engine/scene/motion.h"
 
@@ -12,15 +14,15 @@ namespace halflight {
 namespace {
 
 /// Returns the frames that the denoiser uses for a frame, itself included.
-std::vector<std::uint32_t> frames_near(std::uint32_t frame, std::int64_t reach) {
-    std::vector<std::uint32_t> frames;
-    for (std::int64_t n = frame - reach; n <= frame + reach; ++n)
-        if (n >= 0 && n <= std::numeric_limits<std::uint32_t>::max()) frames.push_back(static_cast<std::uint32_t>(n));
+std::vector<FrameNumber> frames_near(FrameNumber frame, int reach) {
+    std::vector<FrameNumber> frames;
+    for (FrameNumber n = frame - reach; n <= frame + reach; ++n)
+        if (n >= kLeastFrame && n <= kMostFrame) frames.push_back(n);
     return frames;
 }
 
 /// Returns the scene at a frame; none if it cannot be posed. Such a frame fails alone and is no neighbour.
-std::optional<Scene> pose_of(LoadedScene& scene, std::uint32_t frame) {
+std::optional<Scene> pose_of(LoadedScene& scene, FrameNumber frame) {
     try {
         return scene.posed(scene.time_of(frame));
     } catch (const BudgetError&) {
@@ -51,77 +53,125 @@ bool emit_alike(const Scene& a, const Scene& b) {
            std::ranges::equal(a.materials, b.materials, alike, &Material::emission, &Material::emission);
 }
 
+/// Waits a moment for frames of other processes.
+void wait_for_others() {
+    interruption_point();
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+}
+
 }  // namespace
 
-NearFrames::Held NearFrames::noisy(LoadedScene& scene, std::uint32_t frame, std::span<const std::uint32_t> frames,
-                                   const Steps& steps, const ProgressCallback& progress) {
-    Held made{.result = {}, .noisy = std::make_unique<NoisyFrame>()};
+NoisyPicture NearFrames::noisy(LoadedScene& scene, FrameNumber frame, int reach, const Steps& steps,
+                               const ProgressCallback& progress) {
+    NoisyPicture made{.result = {}, .noisy = std::make_unique<NoisyFrame>()};
     made.result = steps.render(frame, *made.noisy, progress);
     if (made.result.stats.interrupted) return made;
     const Camera own = steps.camera(frame);
-    for (const std::uint32_t other : frames) {
+    for (const FrameNumber other : frames_near(frame, reach)) {
         if (other == frame) continue;
         Stopwatch clock;
         std::optional<PreviousSurfaces> surfaces;
         if (scene.surfaces_move()) {
             std::optional<Scene> there = pose_of(scene, other);
-            if (!there) continue;
-            if (!emit_alike(scene.scene(), *there)) {
-                made.lit_otherwise.insert(other);
-                continue;
-            }
+            // A frame without motion to another one does not use it.
+            if (!there || !emit_alike(scene.scene(), *there)) continue;
             surfaces.emplace(scene.scene(), std::move(*there));
         }
-        const auto offset = static_cast<int>(std::int64_t{other} - frame);
-        made.noisy->add_motion(offset, own, steps.camera(other), surfaces ? &*surfaces : nullptr);
+        made.noisy->add_motion(static_cast<int>(other - frame), own, steps.camera(other),
+                               surfaces ? &*surfaces : nullptr);
         load_seconds_ += clock.lap();
     }
     made.noisy->finish();
     return made;
 }
 
-RenderResult NearFrames::render(LoadedScene& scene, std::uint32_t frame, int reach, const Steps& steps,
+NearFrames::Obtained NearFrames::obtain(LoadedScene& scene, FrameNumber frame, int reach, const Steps& steps,
+                                        const ProgressCallback& progress) {
+    if (held_.contains(frame)) return Obtained::yes;
+    NoisyFiles* const files = steps.files;
+    const auto take_file = [&] {
+        std::optional<NoisyPicture> read = files->read(frame);
+        if (read) held_.emplace(frame, Held{std::move(*read), true});
+        return read.has_value();
+    };
+    if (!files) {
+        NoisyPicture made = noisy(scene, frame, reach, steps, progress);
+        ++rendered_;
+        if (made.result.stats.interrupted) return stopped_ = std::move(made.result), Obtained::no;
+        held_.emplace(frame, Held{std::move(made)});
+        return Obtained::yes;
+    }
+    if (take_file()) return Obtained::yes;
+    if (!files->claim(frame)) return Obtained::elsewhere;
+    struct Release {
+        NoisyFiles& files;
+        ~Release() { files.release(); }
+    } const release{*files};
+    if (take_file()) return Obtained::yes;  // another process has written it before the claim
+    Steps alone = steps;
+    alone.files = nullptr;
+    const Obtained obtained = obtain(scene, frame, reach, alone, progress);
+    if (obtained != Obtained::yes) return obtained;
+    for (auto& [n, held] : held_) {  // other processes may have come since frames were rendered
+        if (held.in_file || held.result().beauty.pixels.empty() || !files->writes()) continue;
+        files->write(n, held.picture);
+        held.in_file = true;
+    }
+    return Obtained::yes;
+}
+
+RenderResult NearFrames::render(LoadedScene& scene, FrameNumber frame, int reach, const Steps& steps,
                                 const ProgressCallback& progress) {
     load_seconds_ = 0;
-    std::vector<std::uint32_t> frames = frames_near(frame, reach);
+    rendered_ = 0;
+    std::vector<FrameNumber> frames = frames_near(frame, reach);
     if (choice_ != scene.choice_revision()) held_.clear();
     choice_ = scene.choice_revision();
-    std::erase_if(held_, [&](const auto& h) {
+    std::erase_if(held_, [&](auto& h) {
         const bool near = std::ranges::find(frames, h.first) != frames.end();
-        return !near || (h.first == frame && h.second.result.beauty.pixels.empty());
+        return !near || (h.first == frame && h.second.picture.result.beauty.pixels.empty());
     });
     const auto missing = static_cast<int>(frames.size() - held_.size());
-    int rendered = 0;
-    bool interrupted = false;
-    // The frame itself comes first, so that a stopped picture is of this frame.
-    std::stable_partition(frames.begin(), frames.end(), [&](std::uint32_t n) { return n == frame; });
-    for (const std::uint32_t n : frames) {
-        if (held_.contains(n)) continue;
-        if (n != frame && held_.at(frame).lit_otherwise.contains(n)) continue;  // it emits otherwise
-        const auto of_all = [&](RenderProgress p) {
-            p.samples_done += rendered * p.samples_total;
+    const auto of_all = [&](RenderProgress p) {
+        if (steps.denoise) {
+            p.samples_done += rendered_ * p.samples_total;
             p.samples_total *= missing;
-            p.picture = {};
-            return !progress || progress(p);
-        };
-        if (n != frame && scene.surfaces_move() && !pose_of(scene, n)) continue;
-        Held made = noisy(scene, n, frames_near(n, reach), steps, of_all);
-        interrupted = made.result.stats.interrupted;
-        if (interrupted && n == frame) return std::move(made.result);
-        if (interrupted) break;
-        held_.emplace(n, std::move(made));
-        ++rendered;
+        }
+        p.picture = {};
+        return !progress || progress(p);
+    };
+    // The frame itself comes first: it knows its neighbours, and a stopped picture is of this frame.
+    std::vector<FrameNumber> waiting{frame};
+    bool interrupted = false, knows = false;
+    while (!waiting.empty() && !interrupted) {
+        std::vector<FrameNumber> elsewhere;
+        for (const FrameNumber n : waiting) {
+            const Obtained obtained = obtain(scene, n, reach, steps, of_all);
+            if (obtained == Obtained::elsewhere) elsewhere.push_back(n);
+            interrupted = obtained == Obtained::no;
+            if (interrupted) break;
+        }
+        if (interrupted && !knows) return std::move(stopped_);
+        if (elsewhere.size() == waiting.size() && !interrupted) wait_for_others();
+        waiting = std::move(elsewhere);
+        if (!knows && waiting.empty()) {
+            knows = true;
+            for (const FrameNumber n : frames)
+                if (n != frame && held_.at(frame).noisy().motion(static_cast<int>(n - frame)) &&
+                    (steps.denoise || (steps.files && !steps.files->listed(n))))
+                    waiting.push_back(n);
+        }
     }
-    std::vector<NearFrame> others;
     Held& own = held_.at(frame);
+    std::vector<NearFrame> others;
     for (auto& [n, h] : held_)
-        if (n != frame && !own.lit_otherwise.contains(n))
-            others.push_back({static_cast<int>(std::int64_t{n} - frame), h.noisy.get()});
-    RenderResult result = std::move(own.result);
-    own.result = {};
-    steps.denoise(*own.noisy, others, result);
+        if (const auto offset = static_cast<int>(n - frame); n != frame && own.noisy().motion(offset))
+            others.push_back({offset, &h.noisy()});
+    RenderResult result = std::exchange(own.result(), {});
+    if (steps.denoise) steps.denoise(own.noisy(), others, result);
+    if (!steps.denoise) held_.clear(), result.stats.neighbours.emplace();
     result.stats.interrupted = interrupted;
-    if (result.stats.neighbours) result.stats.neighbours->rendered = rendered;
+    if (result.stats.neighbours) result.stats.neighbours->rendered = rendered_;
     return result;
 }
 

@@ -18,7 +18,10 @@
 #include "api/halflight/frame_names.h"
 #include "api/halflight/movie.h"
 #include "api/halflight/statistics.h"
+#include "api/sequence/develop.h"
 #include "api/sequence/fingerprint.h"
+#include "api/sequence/frame_files.h"
+#include "api/sequence/noisy_files.h"
 #include "engine/core/error.h"
 #include "engine/core/interruption.h"
 #include "engine/core/steps.h"
@@ -46,22 +49,6 @@ bool wants_view(const SequenceOptions& o) {
     return o.movie || std::ranges::any_of(o.outputs, [&](const auto& path) { return holds_view(path, o.output.tiff); });
 }
 
-Paths files_of(const SequenceOptions& o, std::uint32_t frame) {
-    Paths paths;
-    for (const auto& pattern : o.outputs) paths.push_back(frame_path(pattern, frame));
-    return paths;
-}
-
-/// Returns the file that stands for a frame in messages.
-std::filesystem::path main_file(const SequenceOptions& o, std::uint32_t frame) {
-    return o.outputs.empty() ? *o.movie : frame_path(o.outputs[0], frame);
-}
-
-/// Returns the folder of a frame's checkpoint.
-std::filesystem::path checkpoint_folder(const SequenceOptions& o, std::uint32_t frame) {
-    return main_file(o, frame).string() + ".checkpoint";
-}
-
 /// Returns the file that stands for the sequence in messages.
 std::string main_name(const SequenceOptions& o) {
     return (o.outputs.empty() ? *o.movie : o.outputs[0]).string();
@@ -69,43 +56,43 @@ std::string main_name(const SequenceOptions& o) {
 
 /// A callback has stopped the look at the frames that are there.
 struct StoppedBefore {
-    std::uint32_t frame;
+    FrameNumber frame;
     std::size_t kept;  // number of whole frames before it
 };
 
 /// Returns the frames to make, in order. They include frames that the movie cannot show because they have no .png.
 /// Throws Error for files that must not be replaced, and StoppedBefore. `frames`: frames of the part.
-std::vector<std::uint32_t> frames_to_make(const SequenceOptions& o, const std::vector<std::uint32_t>& frames,
-                                          bool temporal, const std::string& sequence, const SequenceEvents& events,
-                                          const Log& log) {
-    std::vector<std::uint32_t> todo, damaged;
+std::vector<FrameNumber> frames_to_make(const SequenceOptions& o, const std::vector<FrameNumber>& frames, bool temporal,
+                                        const FrameFiles& files, const SequenceEvents& events, const Log& log) {
+    std::vector<FrameNumber> todo, damaged;
     const bool shown = !o.movie || wants(o, "png");
-    std::size_t not_shown = 0;  // number of complete frames without a .png
+    std::vector<FrameNumber> rendered;  // frames that cannot be developed
     std::size_t seen = 0;
-    for (const std::uint32_t frame : frames) {
+    for (const FrameNumber frame : frames) {
         if (events.go_on && !events.go_on()) throw StoppedBefore{frame, seen - todo.size()};
         ++seen;
-        const std::string fingerprint = frame_fingerprint(sequence, frame);
-        bool whole = true;
-        for (const auto& path : files_of(o, frame)) {
-            const FrameFile file = examine_frame(path, fingerprint);
-            if (file == FrameFile::other && !o.overwrite)
-                throw Error(path.string(),
-                            "exists, but is not this frame of this scene with these settings{} and this version: "
-                            "nothing was rendered; --overwrite replaces it",
-                            temporal ? ", these --frames (on which --preview temporal depends)" : "");
-            if (file == FrameFile::incomplete) damaged.push_back(frame);
-            whole = whole && file == FrameFile::whole;
-        }
-        if (!whole || !shown) todo.push_back(frame);
-        not_shown += whole && !shown && !o.outputs.empty() ? 1 : 0;
+        const FrameFiles::State state = files.examine(frame);
+        if (state.other && !o.overwrite)
+            throw Error(state.other->string(),
+                        "exists, but is not this frame of this scene with these settings{} and this version: nothing "
+                        "was rendered; --overwrite replaces it",
+                        temporal ? ", these --frames (on which --preview temporal depends)" : "");
+        if (state.damaged) damaged.push_back(frame);
+        if (!state.whole || !shown) todo.push_back(frame);
+        if ((!state.whole || !shown) && !files.developable(frame)) rendered.push_back(frame);
     }
-    if (temporal && !todo.empty() && todo.size() < frames.size()) {
+    if (o.develop && !rendered.empty())
+        throw Error(main_name(o),
+                    "{}: no complete .exr of this scene with these settings, from which --develop makes "
+                    "pictures",
+                    frames_of_all(rendered, o.frames.size(), o.part));
+    if (temporal && !rendered.empty() && rendered.size() < frames.size()) {
         log.note("--preview temporal: frames depend on earlier ones, and all are made again");
         return frames;
     }
     if (!damaged.empty()) log.note("damaged and made again: frames {}", frames_text(damaged));
-    if (not_shown > 0) log.note("{} frames are there, but not as .png for the movie, and are made again", not_shown);
+    if (todo.size() > rendered.size())
+        log.note("{} frames are developed from their .exr, and not rendered", todo.size() - rendered.size());
     return todo;
 }
 
@@ -113,7 +100,7 @@ std::vector<std::uint32_t> frames_to_make(const SequenceOptions& o, const std::v
 /// that missing newline and creates the file.
 void append_line(const std::filesystem::path& path, const std::string& line) {
     const auto check = [&](bool good) {
-        if (!good) throw Error(path.string(), "cannot write: {}", std::generic_category().message(errno));
+        if (!good) throw_write_error(path.string(), errno);
     };
     const int file = open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
     check(file >= 0);
@@ -145,7 +132,7 @@ std::string line_of(const nlohmann::ordered_json& json) {
 }
 
 /// Appends the error of a missing frame to the statistics. A failure to write them does not stop other frames.
-void add_failure(const std::filesystem::path& stats, std::uint32_t frame, const std::string& what, const Log& log) {
+void add_failure(const std::filesystem::path& stats, FrameNumber frame, const std::string& what, const Log& log) {
     try {
         append_line(stats, line_of({{"frame", frame}, {"error", what}}));
     } catch (const Error& error) {
@@ -157,17 +144,12 @@ void add_failure(const std::filesystem::path& stats, std::uint32_t frame, const 
 RenderSettings of_sequence(RenderSettings settings, const LoadedScene& scene) {
     if (!settings.bounces) settings.bounces = default_bounces(scene.scene());
     if (!settings.denoise_frames)
-        settings.denoise_frames = settings.denoise && !has_window(settings) ? kDenoiseFrames : 0;
+        settings.denoise_frames = has_halves(settings) && !has_window(settings) ? kDenoiseFrames : 0;
     return settings;
 }
 
-std::string fingerprint_of(const LoadedScene& scene, const RenderSettings& settings, const Shutter& shutter,
-                           const ColorConfig& colors, const SequenceOptions& o) {
-    return sequence_fingerprint(scene, settings, shutter, colors, o.output, part_of(o.frames, o.part));
-}
-
 /// Returns the picture that the movie would have shown. The .png is complete and made with these settings.
-Image kept_view(const SequenceOptions& o, std::uint32_t frame) {
+Image kept_view(const SequenceOptions& o, FrameNumber frame) {
     const auto png = std::ranges::find_if(o.outputs, [](const auto& path) { return has_extension(path, "png"); });
     const std::filesystem::path path = frame_path(*png, frame);
     return read_png(path.string(), read_file(path, std::uint64_t{1} << 40), kMaxSide);
@@ -176,22 +158,28 @@ Image kept_view(const SequenceOptions& o, std::uint32_t frame) {
 /// Renders and writes frames one after the other. Owns the renderer.
 class FrameMaker {
   public:
+    /// claims: claims of the frames, which processes share; null: nothing is shared.
     FrameMaker(LoadedScene& scene, const RenderSettings& settings, const RendererOptions& renderer,
-               const SequenceOptions& options, const SequenceEvents& events, const Log& log, std::string fingerprint)
+               const SequenceOptions& options, const SequenceEvents& events, const Log& log, const FrameFiles& files,
+               const FileClaims* claims)
         : options_(options),
           events_(events),
           log_(log),
-          fingerprint_(std::move(fingerprint)),
+          files_(files),
           requested_view_(settings.view),
           scene_(scene),
           warnings_(scene),
-          renderer_(scene, settings, renderer) {
+          noisy_files_(noisy_files(claims)),
+          renderer_(scene, settings, with_files(renderer)) {
         log_.note("{} x {} pixels, camera {}, on {}", settings.width, settings.height, scene.chosen_camera().origin,
                   renderer_.context().renderer());
     }
+    ~FrameMaker() { renderer_.context().make_current(); }  // the developer needs it
+    FrameMaker(const FrameMaker&) = delete;
+    FrameMaker& operator=(const FrameMaker&) = delete;
 
     /// Makes a frame and adds it to `movie` if that is not null. Throws Stopped, and Error if the frame cannot be made.
-    void make(std::uint32_t frame, Movie* movie) {
+    void make(FrameNumber frame, Movie* movie) {
         Stopwatch clock;
         StepTimes times;
         const Interruptible stops([&] {
@@ -202,10 +190,16 @@ class FrameMaker {
             interruption_point();
             return true;
         };
-        renderer_.find_estimator(go_on);
+        const std::optional<std::filesystem::path> exr = files_.developable(frame);
+        if (!exr) renderer_.find_estimator(go_on);
         renderer_.find_exposure(go_on);
-        if (!exposure_noted_) note_exposure(requested_view_, renderer_.settings(), scene_, log_);
+        if (!exposure_noted_) {
+            note_exposure(requested_view_, renderer_.settings(), scene_, log_);
+            if (noisy_files_ && requested_view_.metered() && !renderer_.settings().view.metered())
+                noisy_files_->set_exposure(renderer_.settings().view.exposure.stops);
+        }
         exposure_noted_ = true;
+        if (exr) return develop(frame, *exr, movie);
         const RenderResult result = renderer_.render(frame, [&](const RenderProgress& progress) {
             return !events_.progress || events_.progress(frame, progress);
         });
@@ -219,15 +213,13 @@ class FrameMaker {
         }
         if (const std::string& problem = renderer_.checkpoint_problem(); !problem.empty())
             log_.warn("frame {}: samples are not saved: {}", frame, problem);
-        const Paths outputs = files_of(options_, frame);
+        const Paths outputs = pictures_of(options_, frame);
         const std::string error = judge(result.stats, options_.output, main_file(options_, frame), log_);
         if (movie) movie->add(result.view);
 
         const auto write = [&] {
-            PictureInfo info = picture_info(renderer_, result, options_.output, error);
-            info.frame_rate = renderer_.scene().frame_rate();
-            info.frame = frame;
-            info.fingerprint = frame_fingerprint(fingerprint_, frame);
+            PictureInfo info = this->info(result, error);
+            files_.add_fingerprints(frame, info);
             write_pictures(outputs, result, info, log_);
             times.write = clock.lap();
             times.total = clock.seconds();
@@ -241,52 +233,97 @@ class FrameMaker {
     }
 
   private:
+    /// Makes the pictures of a frame that are missing from its .exr.
+    void develop(FrameNumber frame, const std::filesystem::path& exr, Movie* movie) {
+        renderer_.context().make_current();
+        if (!developer_)
+            developer_.emplace(renderer_.context(), renderer_.colors(), renderer_.settings(), options_.output);
+        const RenderResult result = developer_->develop(exr);
+        if (movie) movie->add(result.view);
+        const auto write = [&] {
+            PictureInfo info = this->info(result, "");
+            info.frame = frame;
+            files_.add_fingerprints(frame, info);
+            write_pictures(files_.missing_pictures(frame), result, info, log_);
+            if (options_.stats)
+                append_line(*options_.stats, line_of({{"frame", frame},
+                                                      {"time", scene_.time_of(static_cast<double>(frame))},
+                                                      {"developed", exr.string()}}));
+        };
+        events_.writing ? events_.writing(write) : write();
+    }
+    /// Returns the files of noisy frames; null if none are needed.
+    std::shared_ptr<NoisyFiles> noisy_files(const FileClaims* claims) {
+        const bool shared = claims && files_.denoises_near();
+        if (!files_.keeps_noisy() && !shared) return nullptr;
+        return std::make_shared<NoisyFiles>(
+            NoisyFiles::Options{.picture = [this](FrameNumber n) { return main_file(options_, n); },
+                                .sums = files_.sums(),
+                                .reach = files_.reach(),
+                                .keep = files_.keeps_noisy(),
+                                .overwrite = options_.overwrite,
+                                .pattern = claims ? options_.outputs[0] : "",
+                                .sequence = claims,
+                                .compression = lossless(options_.output.exr.compression),
+                                .listed = [this](FrameNumber n) { return files_.listed(n); },
+                                .info = [this](const RenderResult& result) { return info(result, ""); }});
+    }
+    RendererOptions with_files(RendererOptions renderer) const {
+        renderer.noisy_files = noisy_files_;
+        return renderer;
+    }
+    PictureInfo info(const RenderResult& result, const std::string& error) const {
+        PictureInfo info = picture_info(renderer_, result, options_.output, error);
+        info.frame_rate = scene_.frame_rate();
+        info.frame = renderer_.settings().frame;
+        return info;
+    }
+
     const SequenceOptions& options_;
     const SequenceEvents& events_;
     const Log& log_;
-    std::string fingerprint_;
+    const FrameFiles& files_;
     ViewTransform requested_view_;
     const LoadedScene& scene_;
     PoseWarnings warnings_;
     bool exposure_noted_ = false;
+    const std::shared_ptr<NoisyFiles> noisy_files_;
     FrameRenderer renderer_;
+    std::optional<Developer> developer_;
     std::vector<std::string> logged_biases_;  // biases of the previous frame
 };
-
-bool is_whole(const SequenceOptions& o, std::uint32_t frame, const std::string& sequence) {
-    return std::ranges::all_of(files_of(o, frame), [&](const std::filesystem::path& path) {
-        return examine_frame(path, frame_fingerprint(sequence, frame)) == FrameFile::whole;
-    });
-}
 
 /// Makes the frames of `todo`. A movie gets all frames in their order, existing ones included. Processes with the same
 /// frames share them, unless frames depend on earlier ones of this process. Throws Stopped.
 class FrameQueue {
   public:
-    FrameQueue(const SequenceOptions& o, const SequenceEvents& events, const Log& log, std::string sequence,
-               bool temporal)
-        : options_(o), events_(events), log_(log), sequence_(std::move(sequence)) {
-        if (!o.outputs.empty() && !temporal) claims_.emplace(o.outputs[0]);
-    }
+    /// claims: claims of the frames; null: all are made by this process.
+    FrameQueue(const SequenceOptions& o, const SequenceEvents& events, const Log& log, const FrameFiles& files,
+               FileClaims* claims)
+        : options_(o), events_(events), log_(log), files_(files), claims_(claims) {}
 
-    void make(const std::vector<std::uint32_t>& frames, const std::vector<std::uint32_t>& todo, FrameMaker* maker,
+    void make(const std::vector<FrameNumber>& frames, const std::vector<FrameNumber>& todo, FrameMaker* maker,
               Movie* movie, SequenceTally& tally) {
-        std::set<std::uint32_t> missing(todo.begin(), todo.end());
-        const std::vector<std::uint32_t>& wanted = movie ? frames : todo;
-        std::deque<std::uint32_t> queue(wanted.begin(), wanted.end());
-        std::size_t passed = 0;  // number of frames in a row that other processes make
+        std::set<FrameNumber> missing(todo.begin(), todo.end());
+        const std::vector<FrameNumber>& wanted = movie ? frames : todo;
+        std::deque<FrameNumber> queue(wanted.begin(), wanted.end());
+        open_ = missing;
+        std::size_t passed = 0;  // number of claims in a row that other processes had
         std::size_t found = 0;   // number of frames that other processes have made
         while (!queue.empty()) {
-            const std::uint32_t frame = queue.front();
+            const FrameNumber frame = queue.front();
             tally.stopped_in = frame;
-            if (passed >= (movie ? 1 : queue.size())) wait();
+            if (passed >= (movie ? 1 : queue.size() + queue.size() / kRun)) wait();
             try {
                 if (events_.go_on && !events_.go_on()) throw Stopped();
                 if (missing.contains(frame) && claims_) {
                     if (!claims_->take(frame)) {
                         if (!std::exchange(noted_, true)) log_.note("frame {}: another process makes it", frame);
+                        // Processes take runs of frames, because frames that are denoised share their neighbours.
+                        const bool skips = files_.denoises_near() && passed < queue.size() / kRun;
                         ++passed;
-                        if (!movie) queue.push_back(frame), queue.pop_front();
+                        for (std::size_t i = 0; i < (movie ? 0 : skips ? kRun : 1); ++i)
+                            queue.push_back(queue.front()), queue.pop_front();
                         continue;
                     }
                 }
@@ -294,8 +331,8 @@ class FrameQueue {
                 if (missing.contains(frame)) {
                     check_replaceable(frame);
                     const bool shown = !movie || wants(options_, "png");
-                    if (claims_ && shown && is_whole(options_, frame, sequence_)) {
-                        missing.erase(frame), ++tally.kept;
+                    if (claims_ && shown && files_.is_whole(frame)) {
+                        missing.erase(frame), open_.erase(frame), ++tally.kept;
                         if (events_.found) events_.found(frame, ++found);
                     }
                 }
@@ -305,6 +342,11 @@ class FrameQueue {
                     maker->make(frame, movie);
                 else if (movie)
                     movie->add(kept_view(options_, frame));
+            } catch (const DiskError& error) {  // other frames would fail, too, after hours of rendering
+                tally.failed.push_back(frame);
+                if (events_.failed) events_.failed(frame, error.what());
+                throw DiskError("", "{}: stopped in frame {}, {} of {} frames are there", error.what(), frame,
+                                tally.kept + tally.made, tally.frames);
             } catch (const std::exception& error) {  // includes bad_alloc: other frames may need less memory
                 if (!queue.empty() && queue.front() == frame) queue.pop_front();
                 add_failure_of(frame, error, tally);
@@ -315,9 +357,12 @@ class FrameQueue {
             if (movie && movie->failed() && options_.outputs.empty()) break;
             if (!missing.contains(frame)) continue;
             ++tally.made;
+            open_.erase(frame);
+            if (claims_) files_.discard_exchanged({frame}, open_);
             if (events_.made) events_.made(frame, tally.made, tally.failed.size());
         }
         tally.stopped_in.reset();
+        if (claims_) files_.discard_exchanged(frames, open_);
         if (!tally.failed.empty())
             throw Error(main_name(options_), "{} failed{}: {}",
                         frames_of_all(tally.failed, options_.frames.size(), options_.part),
@@ -326,18 +371,17 @@ class FrameQueue {
 
   private:
     /// Throws Error if another process has written other files of a frame since frames_to_make() looked.
-    void check_replaceable(std::uint32_t frame) const {
+    void check_replaceable(FrameNumber frame) const {
         if (options_.overwrite) return;
-        for (const auto& path : files_of(options_, frame))
-            if (examine_frame(path, frame_fingerprint(sequence_, frame)) == FrameFile::other)
-                throw Error(path.string(),
-                            "was written meanwhile, and is not this frame of this scene with these settings and this "
-                            "version; --overwrite replaces it");
+        if (const FrameFiles::State state = files_.examine(frame); state.other)
+            throw Error(state.other->string(),
+                        "was written meanwhile, and is not this frame of this scene with these settings and this "
+                        "version; --overwrite replaces it");
     }
     /// Waits a moment for other processes.
     static void wait() { std::this_thread::sleep_for(std::chrono::milliseconds(100)); }
 
-    void add_failure_of(std::uint32_t frame, const std::exception& error, SequenceTally& tally) const {
+    void add_failure_of(FrameNumber frame, const std::exception& error, SequenceTally& tally) const {
         const std::string what =
             dynamic_cast<const std::bad_alloc*>(&error) ? "there is not enough memory" : error.what();
         if (events_.failed) events_.failed(frame, what);
@@ -350,8 +394,10 @@ class FrameQueue {
     const SequenceOptions& options_;
     const SequenceEvents& events_;
     const Log& log_;
-    const std::string sequence_;  // fingerprint of the sequence
-    std::optional<FileClaims> claims_;
+    static constexpr std::size_t kRun = 8;  // frames of which another process is taken to make the next ones, too
+    const FrameFiles& files_;
+    FileClaims* const claims_;
+    std::set<FrameNumber> open_;  // frames that are not made yet
     bool noted_ = false;
 };
 
@@ -366,8 +412,8 @@ void check_scene_files(const LoadedScene& scene, const SequenceOptions& o) {
         for (const auto& file : known->second)
             if (std::filesystem::equivalent(file, path, none)) throw Error(path.string(), "is a file of the scene");
     };
-    for (const std::uint32_t frame : part_of(o.frames, o.part))
-        for (const auto& path : files_of(o, frame)) check(path);
+    for (const FrameNumber frame : part_of(o.frames, o.part))
+        for (const auto& path : pictures_of(o, frame)) check(path);
     if (o.movie) check(*o.movie);
     if (o.stats) check(*o.stats);
 }
@@ -386,8 +432,8 @@ void check_outputs(const SequenceOptions& o) {
         if (!patterns.insert(pattern).second) throw Error(pattern.string(), "is given twice");
     }
     Paths files;
-    for (const std::uint32_t frame : part_of(o.frames, o.part))
-        for (auto& path : files_of(o, frame)) files.push_back(std::move(path));
+    for (const FrameNumber frame : part_of(o.frames, o.part))
+        for (auto& path : pictures_of(o, frame)) files.push_back(std::move(path));
     if (o.movie) files.push_back(*o.movie);
     for (const auto& pattern : o.outputs) make_folder_of(pattern);
     if (o.movie) make_folder_of(*o.movie);
@@ -406,14 +452,16 @@ void check_outputs(const SequenceOptions& o) {
     check_takes_text(*o.stats);
 }
 
-std::vector<std::uint32_t> incomplete_frames(const LoadedScene& scene, const RenderSettings& settings,
-                                             const Shutter& shutter, const ColorConfig& colors,
-                                             const SequenceOptions& o, const std::function<void()>& look) {
-    const std::string fingerprint = fingerprint_of(scene, of_sequence(settings, scene), shutter, colors, o);
-    std::vector<std::uint32_t> bad;
-    for (const std::uint32_t frame : part_of(o.frames, o.part)) {
+std::vector<FrameNumber> incomplete_frames(const LoadedScene& scene, const RenderSettings& settings,
+                                           const Shutter& shutter, const ColorConfig& colors, const SequenceOptions& o,
+                                           const std::function<void()>& look) {
+    RenderSettings own = of_sequence(settings, scene);
+    own.want_view = wants_view(o);
+    const FrameFiles files(scene, own, shutter, colors, o);
+    std::vector<FrameNumber> bad;
+    for (const FrameNumber frame : part_of(o.frames, o.part)) {
         look();
-        if (!is_whole(o, frame, fingerprint)) bad.push_back(frame);
+        if (!files.is_whole(frame)) bad.push_back(frame);
     }
     return bad;
 }
@@ -427,10 +475,12 @@ SequenceTally render_sequence(LoadedScene& scene, const RenderSettings& asked, c
     if (o.checkpoint && o.outputs.empty())
         throw Error(o.movie->string(),
                     "a movie without files of frames begins anew after a stop: it has no checkpoints");
+    if (asked.keep_noisy && o.outputs.empty())
+        throw Error(o.movie->string(), "a movie without files of frames keeps no noisy frames");
     if (o.checkpoint)
-        options.frame_checkpoints = {[&o, own = std::set<std::uint32_t>()](std::uint32_t frame) mutable {
+        options.frame_checkpoints = {[&o, own = std::set<FrameNumber>()](FrameNumber frame) mutable {
                                          if (own.empty())
-                                             for (const std::uint32_t f : part_of(o.frames, o.part)) own.insert(f);
+                                             for (const FrameNumber f : part_of(o.frames, o.part)) own.insert(f);
                                          return own.contains(frame) ? std::optional(checkpoint_folder(o, frame))
                                                                     : std::nullopt;
                                      },
@@ -445,17 +495,18 @@ SequenceTally render_sequence(LoadedScene& scene, const RenderSettings& asked, c
     settings.want_view = wants_view(o);
     settings.measure = o.stats.has_value();
     working_space(*options.colors, o.output.working_space);  // throws for unknown names
-    const std::string display = settings.want_view ? options.colors->view(settings.view).display() : "";
-    const std::vector<std::uint32_t> frames = part_of(o.frames, o.part);
-    const std::string fingerprint = fingerprint_of(scene, settings, options.shutter, *options.colors, o);
-    std::vector<std::uint32_t> todo;
+    std::optional<DisplayEncoding> encoding;
+    if (settings.want_view) encoding = options.colors->view(settings.view).encoding();
+    const std::vector<FrameNumber> frames = part_of(o.frames, o.part);
+    const FrameFiles files(scene, settings, options.shutter, *options.colors, o);
+    std::vector<FrameNumber> todo;
     try {
-        todo = frames_to_make(o, frames, settings.preview.temporal, fingerprint, events, log);
+        todo = frames_to_make(o, frames, settings.preview.temporal, files, events, log);
     } catch (const StoppedBefore& stopped) {
         return {.frames = frames.size(), .kept = stopped.kept, .stopped_in = stopped.frame};
     }
     if (const std::optional<double> end = scene.animation_end(); end && !frames.empty())
-        if (const std::uint32_t last = *std::ranges::max_element(frames); scene.time_of(last - 1.0) > *end)
+        if (const FrameNumber last = *std::ranges::max_element(frames); scene.time_of(last - 1.0) > *end)
             log.warn("frames up to {} are beyond the end of the animation, {:g} s: they show its last pose", last,
                      *end);
     if (scene.animation_end() && !frames.empty() && *std::ranges::min_element(frames) < scene.choice().frame_offset)
@@ -467,26 +518,33 @@ SequenceTally render_sequence(LoadedScene& scene, const RenderSettings& asked, c
     if (tally.kept > 0) log.note("{} of {} frames are there already", tally.kept, frames.size());
     // Runs that were killed may have left some, which whole frames do not need.
     const auto discard_checkpoints = [&] {
-        for (const std::uint32_t frame : frames) Checkpoint::discard(checkpoint_folder(o, frame));
+        for (const FrameNumber frame : frames) Checkpoint::discard(checkpoint_folder(o, frame));
     };
     if (todo.empty() && !o.movie) {
         discard_checkpoints();
+        files.discard_exchanged(frames, {});
         const FileClaims abandoned(o.outputs[0]);  // a process may have been killed after the last frame
         return tally;
     }
     if (events.started) events.started(todo.size());
     const auto make = [&](Movie* movie) {
         std::optional<FrameMaker> maker;
-        if (!todo.empty()) maker.emplace(scene, settings, options, o, events, log, fingerprint);
-        FrameQueue queue(o, events, log, fingerprint, settings.preview.temporal);
+        std::optional<FileClaims> claims;
+        if (!o.outputs.empty() && !settings.preview.temporal) claims.emplace(o.outputs[0]);
+        FileClaims* const shared = claims ? &*claims : nullptr;
+        if (!todo.empty()) maker.emplace(scene, settings, options, o, events, log, files, shared);
+        FrameQueue queue(o, events, log, files, shared);
         queue.make(frames, todo, maker ? &*maker : nullptr, movie, tally);
         maker.reset();
         discard_checkpoints();
     };
     try {
         if (o.movie) {
-            const bool srgb = display.find("sRGB") != std::string::npos;
-            const MovieFormat format{data_window(settings).size(), scene.frame_rate(), srgb};
+            const MovieFormat format{.size = data_window(settings).size(),
+                                     .rate = scene.frame_rate(),
+                                     .bits = png_bits(o.output, encoding),
+                                     .encoding = encoding,
+                                     .start = time_code(scene.frame_rate(), frames.empty() ? 0 : frames.front())};
             write_atomically(*o.movie, [&](const std::filesystem::path& temporary) {
                 Movie movie(temporary, o.movie->string(), format, [&] {
                     if (events.go_on && !events.go_on()) throw Stopped();

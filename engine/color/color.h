@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "engine/core/chromaticities.h"
+#include "engine/core/display_encoding.h"
 #include "engine/core/image.h"
 #include "engine/core/math.h"
 #include "engine/core/versioned_file.h"
@@ -53,6 +54,10 @@ class ViewProcessor {
     const std::string& display() const;
     const std::string& view() const;
     const std::string& look() const;
+    /// Returns how the display encodes colour, measured; none for raw data and for displays of other primaries or
+    /// curves. Views that end in a space of the scene tell nothing: displays with sRGB in their name have that
+    /// encoding, others none.
+    const std::optional<DisplayEncoding>& encoding() const;
     std::string cache_id() const;  ///< Returns a text that is the same for equal transforms, without the exposure.
 
   private:

@@ -211,9 +211,15 @@ ViewProcessor ColorConfig::view(const ViewTransform& wanted) const {
     const char* const src = data_->rendering_space.c_str();
     try {
         // A view of raw data must show the numbers of the rendering, not those of the interchange space.
-        const auto end =
-            config.getColorSpace(config.getDisplayViewColorSpaceName(data->display.c_str(), data->view.c_str()));
+        std::string end_name = config.getDisplayViewColorSpaceName(data->display.c_str(), data->view.c_str());
+        if (end_name == ocio::OCIO_VIEW_USE_DISPLAY_NAME) end_name = data->display;
+        const auto end = config.getColorSpace(end_name.c_str());
         const bool is_data = end && end->isData();
+        data->encoding = encoding_of(config, end);
+        // Views that end in a space of the scene, as all do in version 1, do not tell; only names do.
+        const bool of_scene = end && !is_data && end->getReferenceSpaceType() == ocio::REFERENCE_SPACE_SCENE;
+        if (of_scene && data->display.find("sRGB") != std::string::npos)
+            data->encoding = DisplayEncoding{1, TransferCurve::srgb};
         data->tone_map = tone_map_of(config, data->display, data->view);
         const auto append_conversion = [&](ocio::GroupTransformRcPtr& to, ocio::TransformDirection direction) {
             if (!data_->from_rec709 || is_data) return;

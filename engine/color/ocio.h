@@ -41,6 +41,9 @@ struct ColorConfig::Data {
     ocio::TransformRcPtr from_rec709;  // conversion; null if rendering_space is linear Rec.709
 };
 
+/// Returns ViewProcessor::encoding() for views that end in `space`.
+std::optional<DisplayEncoding> encoding_of(const ocio::Config& config, const ocio::ConstColorSpaceRcPtr& space);
+
 /// A tone map for which OpenColorIO 2.1 has no exact transform: the minimum and maximum over channels of PBR Neutral,
 /// the analytic curve of AgX. A view transform asks for it by its family.
 struct ToneMap {
@@ -53,6 +56,7 @@ struct ToneMap {
 /// processor.
 struct ViewProcessor::Data {
     std::string display, view, look;
+    std::optional<DisplayEncoding> encoding;
     float exposure_scale = 1;
     ocio::ConstProcessorRcPtr looks;      // linear Rec.709 to linear Rec.709; null: no step
     const ToneMap* tone_map = nullptr;    // null: no step

@@ -93,6 +93,14 @@ std::string read(const fs::path& path) {
 }  // namespace
 
 ConfigFile read_config(const fs::path& path) {
+    ocio::ClearAllCaches();  // LUTs may have changed since another config was read
+    if (path.string().starts_with("ocio://")) {
+#if OCIO_VERSION_HEX >= 0x02020000
+        return {ocio::Config::CreateFromFile(path.c_str()), {}};
+#else
+        throw ocio::Exception("configs that are part of OpenColorIO exist since its version 2.2; name a file");
+#endif
+    }
     const VersionedFile file = versioned(path);
     const std::string bytes = read(path);
     if (is_lfs_pointer(bytes)) throw ocio::Exception("it is a Git LFS pointer, not the file itself");

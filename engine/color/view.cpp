@@ -71,6 +71,10 @@ std::string ViewProcessor::cache_id() const {
     return id;
 }
 
+const std::optional<DisplayEncoding>& ViewProcessor::encoding() const {
+    return data_->encoding;
+}
+
 const std::string& ViewProcessor::look() const {
     return data_->look;
 }

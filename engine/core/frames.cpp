@@ -11,10 +11,10 @@
 namespace halflight {
 namespace {
 
-/// Takes a number off the front of `text`; returns false if there is none or it is too large.
-bool take_number(std::string_view& text, std::uint32_t& value) {
+/// Takes a number off the front of `text`; returns false if there is none, or it is no frame's.
+bool take_number(std::string_view& text, FrameNumber& value) {
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc()) return false;
+    if (error != std::errc() || value < kLeastFrame || value > kMostFrame) return false;
     text.remove_prefix(static_cast<std::size_t>(end - text.data()));
     return true;
 }
@@ -26,9 +26,9 @@ bool take(std::string_view& text, char c) {
 }
 
 struct Range {
-    std::uint32_t first = 0, last = 0, step = 1;
+    FrameNumber first = 0, last = 0, step = 1;
 
-    std::size_t size() const { return std::size_t{(last - first) / step} + 1; }
+    std::size_t size() const { return static_cast<std::size_t>((last - first) / step) + 1; }
 };
 
 Range parse_range(std::string_view subject, std::string_view entry) {
@@ -42,7 +42,7 @@ Range parse_range(std::string_view subject, std::string_view entry) {
     }
     if (!whole || !rest.empty()) throw Error(subject, "expects N, A-B or A-BxSTEP between commas, not '{}'", entry);
     if (range.last < range.first) throw Error(subject, "'{}' ends before it begins", entry);
-    if (range.step == 0) throw Error(subject, "'{}' has a step of 0", entry);
+    if (range.step < 1) throw Error(subject, "'{}' has a step of {}", entry, range.step);
     return range;
 }
 
@@ -80,12 +80,12 @@ void snap_to_ntsc(std::int64_t& whole, std::int64_t& power) {
 
 }  // namespace
 
-std::string frames_text(const std::vector<std::uint32_t>& frames) {
+std::string frames_text(const std::vector<FrameNumber>& frames) {
     std::string text;
     for (std::size_t i = 0; i < frames.size();) {
         std::size_t end = i + 1;  // one past the run with a constant step
         const bool rises = end < frames.size() && frames[end] > frames[i];
-        const std::uint32_t step = rises ? frames[end] - frames[i] : 0;
+        const FrameNumber step = rises ? frames[end] - frames[i] : 0;
         while (rises && end < frames.size() && frames[end] > frames[end - 1] && frames[end] - frames[end - 1] == step)
             ++end;
         if (end - i < 3) end = i + 1;
@@ -108,14 +108,14 @@ ListPart parse_part(std::string_view subject, std::string_view text) {
     return part;
 }
 
-std::vector<std::uint32_t> part_of(const std::vector<std::uint32_t>& frames, const ListPart& part) {
+std::vector<FrameNumber> part_of(const std::vector<FrameNumber>& frames, const ListPart& part) {
     const auto begin = [&](std::uint64_t number) {
         return frames.begin() + static_cast<std::ptrdiff_t>(number * frames.size() / part.of);
     };
     return {begin(part.number - 1), begin(part.number)};
 }
 
-std::string frames_of_all(std::vector<std::uint32_t> frames, std::size_t all, const ListPart& part) {
+std::string frames_of_all(std::vector<FrameNumber> frames, std::size_t all, const ListPart& part) {
     std::ranges::sort(frames);
     const std::string whole = part.of == 1 ? std::to_string(all) : fmt::format("part {}/{}", part.number, part.of);
     const std::size_t count = frames.size();
@@ -142,16 +142,16 @@ FrameRate parse_frame_rate(std::string_view subject, std::string_view text) {
     return {static_cast<std::int32_t>(numerator), static_cast<std::int32_t>(denominator)};
 }
 
-std::vector<std::uint32_t> parse_frames(std::string_view subject, std::string_view text) {
-    std::vector<std::uint32_t> frames;
-    std::unordered_set<std::uint32_t> seen;
+std::vector<FrameNumber> parse_frames(std::string_view subject, std::string_view text) {
+    std::vector<FrameNumber> frames;
+    std::unordered_set<FrameNumber> seen;
     for (bool more = true; more;) {
         const std::size_t end = std::min(text.find(','), text.size());
         const Range range = parse_range(subject, text.substr(0, end));
         if (range.size() > kMaxFrames)
             throw Error(subject, "'{}' means {} frames, more than {}", text.substr(0, end), range.size(), kMaxFrames);
         for (std::size_t i = 0; i < range.size(); ++i) {
-            const auto frame = static_cast<std::uint32_t>(range.first + i * range.step);
+            const FrameNumber frame = range.first + static_cast<FrameNumber>(i) * range.step;
             if (seen.insert(frame).second) frames.push_back(frame);
         }
         if (frames.size() > kMaxFrames) throw Error(subject, "means more than {} frames", kMaxFrames);

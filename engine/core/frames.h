@@ -1,4 +1,4 @@
-// Frames of a sequence: lists of frame numbers ("1-10", "1-10x2", "1,5,9-12"), frame rates and times.
+// Frames of a sequence: lists of frame numbers ("1-10", "1-10x2", "-5--1,5,9-12"), frame rates and times.
 #pragma once
 
 #include <cstddef>
@@ -9,17 +9,22 @@
 
 namespace halflight {
 
+/// Number of a frame, [kLeastFrame, kMostFrame].
+using FrameNumber = std::int64_t;
+inline constexpr FrameNumber kLeastFrame = -2147483648LL, kMostFrame = 4294967295LL;
+
 /// maximum length of one list: half a day at 24 frames per second
 inline constexpr std::size_t kMaxFrames = std::size_t{1} << 20;
 
 /// Returns the frames of a comma-separated list in the given order, without duplicates. An entry is N, A-B (both
-/// included, A <= B) or A-BxS (every S-th frame from A on, S >= 1). Numbers are decimal, 0 to 2^32 - 1; spaces are not
-/// allowed. Throws Error with `subject` for anything else and for more than kMaxFrames frames.
-std::vector<std::uint32_t> parse_frames(std::string_view subject, std::string_view text);
+/// included, A <= B) or A-BxS (every S-th frame from A on, S >= 1). Frames are decimal numbers, kLeastFrame to
+/// kMostFrame; spaces are not allowed. Throws Error with `subject` for anything else and for more than kMaxFrames
+/// frames.
+std::vector<FrameNumber> parse_frames(std::string_view subject, std::string_view text);
 
 /// Returns the list as text, "1-10,15,20-30x5", in the given order. Three or more frames with a constant step become a
 /// range.
-std::string frames_text(const std::vector<std::uint32_t>& frames);
+std::string frames_text(const std::vector<FrameNumber>& frames);
 
 /// One of `of` consecutive parts of a list. The lengths of the parts differ by one at most.
 struct ListPart {
@@ -29,10 +34,10 @@ struct ListPart {
 /// Reads a part such as "3/24". Throws Error with `subject` for any other text.
 ListPart parse_part(std::string_view subject, std::string_view text);
 /// Returns the part of a list; some parts are empty if there are more parts than frames.
-std::vector<std::uint32_t> part_of(const std::vector<std::uint32_t>& frames, const ListPart& part);
+std::vector<FrameNumber> part_of(const std::vector<FrameNumber>& frames, const ListPart& part);
 /// Returns "frames 3,7-9 (4 of 24)" or "frame 4 (1 of part 2/5)", for messages about some frames of the part of a list.
 /// `all`: frames of the list.
-std::string frames_of_all(std::vector<std::uint32_t> frames, std::size_t all, const ListPart& part);
+std::string frames_of_all(std::vector<FrameNumber> frames, std::size_t all, const ListPart& part);
 
 /// An exact frame rate, frames per second.
 struct FrameRate {

@@ -52,6 +52,8 @@ const char* name(ExrCompression compression);
 ExrCompression exr_compression_named(const std::string& name);
 /// Returns whether the compression changes values: pxr24 those of float32, dwaa and dwab those of colours.
 bool is_lossy(ExrCompression compression);
+/// Returns the compression, or zip in place of one that changes values.
+ExrCompression lossless(ExrCompression compression);
 
 /// Layout of a file.
 struct ExrLayout {
@@ -73,7 +75,7 @@ struct TimeCode {
 /// drop frames, so that their count of 24 hours takes 86.4 s longer. Above 30 frames per second, pairs of frames are
 /// counted, and the field flag marks the second frame (SMPTE ST 12-1, high frame rates). Returns nothing for other
 /// rates, odd ones above 30, and any above 60.
-std::optional<TimeCode> time_code(const FrameRate& rate, std::uint32_t frame);
+std::optional<TimeCode> time_code(const FrameRate& rate, FrameNumber frame);
 
 /// Attributes of a file. Cameras are given in the engine's convention (column vectors, right-handed, looking along -Z,
 /// +Y up). Files have the standard's convention (ImfStandardAttributes.h): Imath's row-vector matrices, worldToCamera

@@ -256,14 +256,16 @@ std::optional<std::uint32_t> nominal_rate(const FrameRate& rate) {
 
 }  // namespace
 
-std::optional<TimeCode> time_code(const FrameRate& rate, std::uint32_t frame) {
+std::optional<TimeCode> time_code(const FrameRate& rate, FrameNumber frame) {
     const std::optional<std::uint32_t> nominal = nominal_rate(rate);
     if (!nominal || *nominal > 60 || (*nominal > 30 && *nominal % 2 != 0)) return std::nullopt;
-    const std::uint32_t together = *nominal > 30 ? 2 : 1, per_second = *nominal / together;
-    const std::uint32_t count = frame / together, seconds = count / per_second;
-    const auto part = [](std::uint32_t value) { return static_cast<int>(value); };
-    return TimeCode{part(seconds / 3600 % 24), part(seconds / 60 % 60), part(seconds % 60), part(count % per_second),
-                    frame % together == 1};
+    const FrameNumber together = *nominal > 30 ? 2 : 1, per_second = *nominal / together;
+    const FrameNumber day = FrameNumber{24} * 3600 * *nominal;
+    const FrameNumber of_day = (frame % day + day) % day;  // frames before 0 are those of the day before
+    const FrameNumber count = of_day / together, seconds = count / per_second;
+    const auto part = [](FrameNumber value) { return static_cast<int>(value); };
+    return TimeCode{part(seconds / 3600), part(seconds / 60 % 60), part(seconds % 60), part(count % per_second),
+                    of_day % together == 1};
 }
 
 std::string capture_date_now() {
@@ -305,6 +307,10 @@ ExrCompression exr_compression_named(const std::string& wanted) {
 
 bool is_lossy(ExrCompression compression) {
     return compression >= ExrCompression::pxr24;
+}
+
+ExrCompression lossless(ExrCompression compression) {
+    return is_lossy(compression) ? ExrCompression::zip : compression;
 }
 
 void write_exr(const std::filesystem::path& path, const std::vector<ExrLayer>& layers, const ExrAttributes& attributes,

@@ -24,7 +24,7 @@ FileClaims::~FileClaims() {
     close();
 }
 
-bool FileClaims::take(std::uint32_t number) {
+bool FileClaims::take(FrameNumber frame) {
     release();
     for (;;) {
         if (file_ < 0) {
@@ -36,10 +36,18 @@ bool FileClaims::take(std::uint32_t number) {
             }
             fchmod(file_, 0666);  // other users may render frames, too; fails if one of them has made the file
         }
-        if (!lock(F_WRLCK, number, 1) && (errno == EAGAIN || errno == EACCES)) return false;
+        if (!lock(F_WRLCK, static_cast<std::uint64_t>(frame - kLeastFrame), 1) && (errno == EAGAIN || errno == EACCES))
+            return false;
         if (is_named()) return true;
         close();  // another process has removed the file, and a third one may have made it anew
     }
+}
+
+bool FileClaims::others() const {
+    struct flock range {};
+    range.l_type = F_WRLCK;
+    range.l_whence = SEEK_SET;
+    return file_ >= 0 && fcntl(file_, F_OFD_GETLK, &range) == 0 && range.l_type != F_UNLCK;
 }
 
 void FileClaims::release() {

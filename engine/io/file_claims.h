@@ -5,6 +5,8 @@
 #include <filesystem>
 #include <string>
 
+#include "engine/core/frames.h"
+
 namespace halflight {
 
 /// Claims on the files of a pattern. A claim is the lock of a byte of an empty file beside them. The kernel drops the
@@ -17,9 +19,11 @@ class FileClaims {
     FileClaims& operator=(const FileClaims&) = delete;
     ~FileClaims();
 
-    /// Claims the file of this number, and gives up the claim before it. Returns false while another object has the
+    /// Claims the file of this frame, and gives up the claim before it. Returns false while another object has the
     /// claim. Throws Error if the folder cannot be written.
-    bool take(std::uint32_t number);
+    bool take(FrameNumber frame);
+    /// Returns whether another object has a claim.
+    bool others() const;
     void release();  ///< Gives up the claim, if there is one.
 
   private:

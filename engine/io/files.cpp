@@ -34,6 +34,11 @@ std::string reason(int error) {
     return std::generic_category().message(error);
 }
 
+/// Throws DiskError or Error for errno.
+[[noreturn]] void fail_to_write(const std::string& subject) {
+    throw_write_error(subject, errno);
+}
+
 class Descriptor {
   public:
     Descriptor(const fs::path& path, int flags, mode_t mode = 0) : fd_(open(path.c_str(), flags | O_CLOEXEC, mode)) {}
@@ -151,7 +156,7 @@ Temporary create_beside(const fs::path& target, const std::string& subject) {
         const fs::path path = target.parent_path() / fmt::format("{}{}-{}-{:08x}{}", temporary_prefix(target), getpid(),
                                                                  counter++, random(), target.extension().string());
         Descriptor file(path, O_CREAT | O_EXCL | O_WRONLY, 0666);
-        if (file < 0 && errno != EEXIST) throw Error(subject, "cannot write: {}", reason(errno));
+        if (file < 0 && errno != EEXIST) fail_to_write(subject);
         if (file < 0) continue;
         // Before the file is locked, other processes may take it for abandoned and remove it.
         const bool locked =
@@ -169,7 +174,7 @@ void remove_unlocked(const fs::path& path) {
 
 void sync(const fs::path& path, const std::string& subject) {
     const Descriptor file(path, O_RDONLY);
-    if (file < 0 || fsync(file) != 0) throw Error(subject, "cannot write: {}", reason(errno));
+    if (file < 0 || fsync(file) != 0) fail_to_write(subject);
 }
 
 /// Syncs the folder, so that the rename survives a power cut. Errors are ignored, because the file is complete anyway.
@@ -195,6 +200,13 @@ fs::path follow_links(const fs::path& path) {
     throw Error(path.string(), "cannot write: {}", reason(ELOOP));
 }
 
+void throw_write_error(const std::string& subject, int error, const char* what) {
+    const std::string text = fmt::format("cannot write{}: {}", what, reason(error));
+    constexpr int kOfDisk[] = {ENOSPC, EDQUOT, EFBIG, EROFS, EIO};
+    if (std::ranges::find(kOfDisk, error) != std::end(kOfDisk)) throw DiskError(subject, text);
+    throw Error(subject, text);
+}
+
 std::string temporary_prefix(const fs::path& target) {
     return fmt::format("{}{:016x}-", kTemporary, hash_of(target.filename().string()));
 }
@@ -213,15 +225,14 @@ void write_atomically(const fs::path& path, const std::function<void(const fs::p
     if (exists && S_ISDIR(old.st_mode)) throw Error(subject, "cannot write: {}", reason(EISDIR));
     if (exists && !S_ISREG(old.st_mode)) throw Error(subject, "cannot write: not a regular file");
     // rename() checks only the folder's permissions, so a read-only file is refused here.
-    if (exists && faccessat(AT_FDCWD, target.c_str(), W_OK, AT_EACCESS) != 0)
-        throw Error(subject, "cannot write: {}", reason(errno));
+    if (exists && faccessat(AT_FDCWD, target.c_str(), W_OK, AT_EACCESS) != 0) fail_to_write(subject);
 
     Temporary temporary = create_beside(target, subject);
     write(temporary.path);
     sync(temporary.path, subject);
     if (exists && chmod(temporary.path.c_str(), old.st_mode & 07777) != 0)
         throw Error(subject, "cannot keep permissions: {}", reason(errno));
-    if (rename(temporary.path.c_str(), target.c_str()) != 0) throw Error(subject, "cannot write: {}", reason(errno));
+    if (rename(temporary.path.c_str(), target.c_str()) != 0) fail_to_write(subject);
     temporary.keep();
     sync_folder(target.parent_path());
 }
@@ -235,12 +246,12 @@ void write_unnamed(const fs::path& path, const std::function<void(const fs::path
     const fs::path unnamed = fmt::format("/proc/self/fd/{}", int{file});
     write(unnamed);
     // Data are on the disk before the file gets a name, so that `kill -9` has hardly any time to leave a named one.
-    if (fsync(file) != 0) throw Error(path.string(), "cannot write: {}", reason(errno));
+    if (fsync(file) != 0) fail_to_write(path.string());
     write_atomically(path, [&](const fs::path& temporary) {
         const fs::path linked = temporary.string() + "-linked";  // a link cannot replace a file
         if (linkat(AT_FDCWD, unnamed.c_str(), AT_FDCWD, linked.c_str(), AT_SYMLINK_FOLLOW) != 0 ||
             rename(linked.c_str(), temporary.c_str()) != 0)
-            throw Error(path.string(), "cannot write: {}", reason(errno));
+            fail_to_write(path.string());
     });
 }
 
@@ -267,8 +278,7 @@ void make_folder_of(const fs::path& path) {
     if (path.has_parent_path()) fs::create_directories(path.parent_path(), error);
     if (error) throw Error(path.string(), "cannot write: {}", error.message());
     struct stat info {};
-    if (lstat(path.c_str(), &info) != 0 && errno == ENAMETOOLONG)
-        throw Error(path.string(), "cannot write: {}", reason(errno));
+    if (lstat(path.c_str(), &info) != 0 && errno == ENAMETOOLONG) fail_to_write(path.string());
 }
 
 void check_writable(const fs::path& path) {
@@ -398,7 +408,7 @@ ScratchFile::ScratchFile(const fs::path& folder, std::string subject)
     if (file_ >= 0 && unlink(name.c_str()) == 0) return;
     const int why = errno;
     if (file_ >= 0) ::close(file_);
-    throw Error(subject_, "cannot write: {}", reason(why));
+    throw_write_error(subject_, why);
 }
 
 ScratchFile::~ScratchFile() {
@@ -409,7 +419,7 @@ void ScratchFile::append(std::span<const char> bytes) {
     for (std::size_t done = 0; done < bytes.size();) {
         const ssize_t put = pwrite(file_, bytes.data() + done, bytes.size() - done, static_cast<off_t>(size_));
         if (put < 0 && errno == EINTR) continue;
-        if (put < 0) throw Error(subject_, "cannot write temporary data: {}", reason(errno));
+        if (put < 0) throw_write_error(subject_, errno, " temporary data");
         done += static_cast<std::size_t>(put);
         size_ += static_cast<std::uint64_t>(put);
     }
@@ -452,7 +462,7 @@ CheckedFile::~CheckedFile() {
 void CheckedFile::check(bool succeeded) {
     if (succeeded) return;
     if (error_ == 0) error_ = errno;
-    throw Error(subject_, "cannot write: {}", reason(error_));
+    throw_write_error(subject_, error_);
 }
 
 void CheckedFile::write(const void* bytes, std::size_t count) {

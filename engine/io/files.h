@@ -11,9 +11,19 @@
 #include <string>
 #include <string_view>
 
+#include "engine/core/error.h"
 #include "engine/core/versioned_file.h"
 
 namespace halflight {
+
+/// A file cannot be written for a reason that concerns other files, too: a full disk, quota or limit of the process, a
+/// disk that is read-only or damaged.
+class DiskError : public Error {
+  public:
+    using Error::Error;
+};
+/// Throws "SUBJECT: cannot write WHAT: reason" for an errno; DiskError for one that concerns other files, too.
+[[noreturn]] void throw_write_error(const std::string& subject, int error, const char* what = "");
 
 /// Calls `write` with the name of a new, empty file in the folder of `path`. Then syncs that file to disk and renames
 /// it to `path`. Follows a symbolic link; keeps the permissions of a replaced file; other permissions follow the umask.

@@ -25,11 +25,11 @@ void read_jpeg(const std::string& subject, std::string_view bytes, int max_side,
 /// Longest side of the JPEG files of libjpeg, pixels.
 inline constexpr int kMostJpegSide = 65500;
 
-/// Encodes width * height * 3 bytes of sRGB, top row first. Chroma is not subsampled. quality: 1 to 100. comment: at
-/// most 65533 bytes; empty: none. Equal bytes give equal files. Throws Error with `subject`, also for sides above
-/// kMostJpegSide.
+/// Encodes width * height * 3 bytes, display-encoded, top row first. `profile`: an ICC profile; empty: none. Chroma is
+/// not subsampled. quality: 1 to 100. comment: at most 65533 bytes; empty: none. Equal bytes give equal files. Throws
+/// Error with `subject`, also for sides above kMostJpegSide.
 std::string encode_jpeg(const std::string& subject, int width, int height, const std::vector<std::uint8_t>& rgb,
-                        int quality, std::string_view comment = {});
+                        int quality, std::string_view comment = {}, std::string_view profile = {});
 
 /// Returns the first comment of a JPEG; empty if there is none.
 std::string comment_of_jpeg(std::string_view bytes);

@@ -40,7 +40,8 @@ class Encoder {
     ~Encoder() { jpeg_destroy_compress(&info_); }
 
     /// Returns false after an error; message() tells why.
-    bool write(int width, int height, const std::uint8_t* rgb, int quality, const char* comment, std::size_t length) {
+    bool write(int width, int height, const std::uint8_t* rgb, int quality, std::string_view comment,
+               std::string_view profile) {
         if (setjmp(back_)) return false;
         jpeg_create_compress(&info_);
         info_.dest = &destination_;
@@ -52,9 +53,12 @@ class Encoder {
         for (int i = 0; i < info_.num_components; ++i)  // chroma has the resolution of luma
             info_.comp_info[i].h_samp_factor = info_.comp_info[i].v_samp_factor = 1;
         jpeg_start_compress(&info_, TRUE);
-        if (length > 0)
-            jpeg_write_marker(&info_, JPEG_COM, reinterpret_cast<const JOCTET*>(comment),
-                              static_cast<unsigned int>(length));
+        if (!profile.empty())
+            jpeg_write_icc_profile(&info_, reinterpret_cast<const JOCTET*>(profile.data()),
+                                   static_cast<unsigned int>(profile.size()));
+        if (!comment.empty())
+            jpeg_write_marker(&info_, JPEG_COM, reinterpret_cast<const JOCTET*>(comment.data()),
+                              static_cast<unsigned int>(comment.size()));
         while (info_.next_scanline < info_.image_height) {
             auto* row = const_cast<JSAMPLE*>(rgb + std::size_t{3} * info_.image_width * info_.next_scanline);
             jpeg_write_scanlines(&info_, &row, 1);
@@ -99,12 +103,12 @@ class Encoder {
 static_assert(kMostJpegSide == JPEG_MAX_DIMENSION);
 
 std::string encode_jpeg(const std::string& subject, int width, int height, const std::vector<std::uint8_t>& rgb,
-                        int quality, std::string_view comment) {
+                        int quality, std::string_view comment, std::string_view profile) {
     if (width < 1 || height < 1) throw Error(subject, "no pixels to write");
     if (rgb.size() != std::size_t{3} * static_cast<std::size_t>(width) * static_cast<std::size_t>(height))
         throw Error(subject, "{} bytes are no image of {} x {} x 3", rgb.size(), width, height);
     Encoder encoder;
-    if (!encoder.write(width, height, rgb.data(), quality, comment.data(), comment.size()))
+    if (!encoder.write(width, height, rgb.data(), quality, comment, profile))
         throw Error(subject, "cannot be written as JPEG of {} x {} pixels: {}", width, height, encoder.message());
     return encoder.take();
 }

@@ -1,12 +1,14 @@
-// 8-bit PNG files.
+// PNG files: written with 8 or 16 bits.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "engine/core/display_encoding.h"
 #include "engine/core/image.h"
 #include "engine/io/image_header.h"
 #include "engine/scene/scene.h"
@@ -16,6 +18,7 @@ namespace halflight {
 /// Converts a display-encoded value in [0,1] to 8 bits, rounded to nearest; values outside are clamped, NaN becomes 0.
 std::uint8_t quantize_8bit(float value);
 std::vector<std::uint8_t> quantize_8bit(const Image& image);
+std::uint16_t quantize_16bit(float value);  ///< Returns 16 bits in the same way.
 
 /// A text of a PNG file (PNG, third edition, 11.3.3.2).
 struct PngText {
@@ -23,9 +26,20 @@ struct PngText {
     std::string text;     // text in Latin-1
 };
 
-/// Encodes width * height * channels bytes, top row first, display-encoded (sRGB unless the user of the file decides
-/// otherwise). Channels: 1 grey, 2 grey + alpha, 3 RGB, 4 RGB + straight alpha. Equal bytes give equal files. Throws
-/// Error with `subject`.
+/// What a PNG file has beside its size.
+struct PngOptions {
+    int bits = 8;  // bits of a channel: 8 or 16
+    PngText text{};
+    // How the values are encoded: if exact(), chunk cICP (PNG, third edition, 11.3.2.6) and, unless HDR, an ICC
+    // profile. None: no tags; programs expect sRGB then.
+    std::optional<DisplayEncoding> encoding{};
+};
+
+/// Encodes display-encoded values, rounded to nearest; values outside [0,1] are clamped, NaN becomes 0. Channels: 1
+/// grey, 2 grey + alpha, 3 RGB, 4 RGB + straight alpha. Equal images give equal files. Throws Error with `subject`.
+std::string encode_png(const std::string& subject, const Image& image, const PngOptions& options);
+
+/// Encodes width * height * channels bytes, top row first, as above.
 std::string encode_png(const std::string& subject, int width, int height, int channels,
                        const std::vector<std::uint8_t>& bytes, const PngText& text = {});
 

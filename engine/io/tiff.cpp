@@ -143,7 +143,7 @@ std::optional<Chromaticities> get_primaries(TIFF* file) {
 }  // namespace
 
 std::string encode_tiff(const std::string& subject, const Image& image, TiffType type, const std::string& description,
-                        const std::optional<Chromaticities>& primaries) {
+                        const std::optional<Chromaticities>& primaries, const std::string& profile) {
     if (image.width < 1 || image.height < 1) throw Error(subject, "no pixels to write");
     if (image.channels < 1 || image.channels > 4) throw Error(subject, "cannot have {} channels", image.channels);
     Stream stream;
@@ -164,6 +164,9 @@ std::string encode_tiff(const std::string& subject, const Image& image, TiffType
         if (alpha) done = done && TIFFSetField(f, TIFFTAG_EXTRASAMPLES, 1, &kind) == 1;
         if (!description.empty()) done = done && set(TIFFTAG_IMAGEDESCRIPTION, description.c_str());
         if (primaries) done = done && put_primaries(f, *primaries);
+        if (!profile.empty())
+            done = done &&
+                   TIFFSetField(f, TIFFTAG_ICCPROFILE, static_cast<std::uint32_t>(profile.size()), profile.data()) == 1;
         std::vector<std::uint8_t> row;
         const std::size_t count = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.channels);
         for (int y = 0; done && y < image.height; ++y) {

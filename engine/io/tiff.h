@@ -18,9 +18,11 @@ enum class TiffType : std::uint8_t { uint8, uint16, float32 };
 /// straight, that of floats is premultiplied. Integers are rounded to nearest; values outside [0,1] are clamped, NaN
 /// becomes 0. The data are compressed without loss (Deflate). `description` becomes the tag ImageDescription unless it
 /// is empty, and `primaries` the tags WhitePoint and PrimaryChromaticities (TIFF 6.0, section 20) unless some
-/// coordinate is negative, which these cannot hold. Equal images give equal files. Throws Error with `subject`.
+/// coordinate is negative, which these cannot hold. `profile` becomes the ICC profile unless it is empty. Equal images
+/// give equal files. Throws Error with `subject`.
 std::string encode_tiff(const std::string& subject, const Image& image, TiffType type,
-                        const std::string& description = "", const std::optional<Chromaticities>& primaries = {});
+                        const std::string& description = "", const std::optional<Chromaticities>& primaries = {},
+                        const std::string& profile = "");
 
 bool is_tiff(std::string_view bytes);
 

@@ -42,8 +42,8 @@ struct RayBatch {
     graph::BufferHandle rays;         // `capacity` Ray structs
     graph::BufferHandle list;         // `capacity` path indices, uint; optional
     graph::BufferHandle list_header;  // ListHeader of shaders/shared/ray_structs.h, if there is a list
-    // Key of the alpha test of blended surfaces, read only if TraceTables::alpha_tested is set
-    // (shaders/lib/alpha_key.glsl). It consists of struct Frame (shaders/shared/frame_block.h) and a salt. The frame's
+    // Random numbers of the alpha test of blended surfaces, read only if TraceTables::alpha_tested is set
+    // (shaders/lib/alpha_sampler.glsl). They depend on struct Frame (shaders/shared/frame_block.h) and a salt. The frame's
     // seed and sample_index change from run to run; the salt differs between the batches of one run.
     graph::BufferHandle frame_constants;
     graph::BufferHandle sampled_blocks{};  // buffer of SampledBlock, which places the paths; null: one per pixel

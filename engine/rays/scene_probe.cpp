@@ -129,7 +129,7 @@ SceneProbe::SceneProbe(const Scene& scene) : scene_(scene), geometry_(std::make_
     for (std::size_t i = 0; i < scene.instances.size(); ++i) {
         const auto index = static_cast<std::size_t>(scene.instances[i].mesh);
         const Mesh& mesh = scene.meshes[index];
-        if (mesh.triangles.empty()) continue;
+        if (mesh.triangles.empty() || scene.instances[i].added) continue;
         dmat4 placed = scene.instances[i].object_to_world;  // relative to the centre, where floats are dense
         placed[3] -= dvec4(0.5 * bounds_.lower + 0.5 * bounds_.upper, 0);
         Owned<RTCGeometry> geometry;

@@ -13,6 +13,7 @@ WorldBounds world_bounds(const Scene& scene) {
     }
     WorldBounds bounds = scene.paged_bounds.value_or(WorldBounds());
     for (const Instance& instance : scene.instances) {
+        if (instance.added) continue;
         const Bounds& box = boxes[static_cast<std::size_t>(instance.mesh)];
         if (box.empty() || !leaves_area(instance.object_to_world)) continue;
         const dmat4& m = instance.object_to_world;

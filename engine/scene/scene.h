@@ -44,6 +44,7 @@ struct Instance {
     std::uint32_t light_group =
         kNoLightGroup;     // light group; emitted light is in this group or the material's, whichever is first
     bool catcher = false;  // true: shadow catcher, which the camera sees only by the shadows of other objects on it
+    bool added = false;    // true: ground that an edit adds; it does not count in world_bounds()
 };
 
 // --- Lights and cameras ----------------------------------------------------------------------------------------------
@@ -141,6 +142,7 @@ struct Scene {
     std::vector<std::string>
         light_groups;  // names of light groups; the last one has all lights that no other has. Empty: no groups
     std::optional<WorldBounds> paged_bounds{};  // bounds of geometry that is in pages; its meshes are then empty
+    std::optional<WorldBounds> rest_bounds{};   // bounds at 0 s of a scene that is posed; none: world_bounds()
     SceneReport report;
 };
 

@@ -19,18 +19,20 @@ struct Occasion {
     bool shutter = false;           // motion blur
     bool checkpoint = false;        // samples are saved
     bool own_checkpoint = false;    // samples of a single picture are saved
-    bool one_part = false;          // one part of the samples is rendered in this run
+    bool sequence = false;          // frames of a sequence are rendered
     bool part_of_sequence = false;  // some frames of a sequence are rendered in this run
     bool light_groups = false;      // layers of light groups that the settings do not list yet
-    bool catchers = false;          // the scene has shadow catchers
+    bool pages = false;             // the geometry is read from a page file
+    bool moved_surfaces = false;    // edits move, hide or add surfaces, or make them shadow catchers
     bool asked = false;             // settings are those that options ask for, without defaults of sequences
     bool finished = false;          // the picture is finished, and not a stage of one that a viewer refines
 };
 /// A feature that settings, or the occasion of a picture, can switch on.
 struct Feature {
     const char* name;                    // name in sentences
-    std::array<const char*, 3> options;  // options that switch it on, which may be settings; null: there are no more
+    std::array<const char*, 4> options;  // options that switch it on, which may be settings; null: there are no more
     bool (*on)(const RenderSettings&, const Occasion&);
+    const char* value = "";  // value of the first option that switches it on
     /// Returns the first option for which is_it(option) is true; null: none.
     template <class F>
     const char* option(const F& is_it) const {
@@ -50,9 +52,7 @@ struct Constraint {
     enum class Relation : std::uint8_t { excludes, needs } relation;
     const Feature& other;
     Kind kind;
-    const char* reason;               // clause that follows the names
-    const Feature* beside = nullptr;  // the row holds only if this feature is on, too; null: always
-    const Feature* unless = nullptr;  // the row does not hold if this feature is on; null: always
+    const char* reason;  // clause that follows the names
 
     bool broken_by(const RenderSettings& settings, const Occasion& occasion) const;
     /// Returns "ONE cannot be combined with OTHER (option): REASON".

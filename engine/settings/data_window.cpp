@@ -50,13 +50,14 @@ bool has_overscan(const PictureSettings& s) {
 
 PixelWindow rendered_window(const PictureSettings& s, const Optics& optics) {
     PixelWindow window = data_window(s);
-    if (s.denoise && has_window(s)) {
+    const int reach = has_halves(s) ? kDenoiserReach : s.preview.filter ? kPreviewReach : 0;
+    if (reach > 0 && has_window(s)) {
         // There is nothing to see beyond the edges of the picture unless there is overscan.
         const ivec2 size(s.width, s.height);
-        if (reaches_around(optics, s.width, window))
+        if (s.denoise && reaches_around(optics, s.width, window))
             window.first.x = std::min(window.first.x, 0), window.end.x = std::max(window.end.x, size.x);
-        window.first = glm::min(window.first, glm::max(window.first - kDenoiserReach, ivec2(0)));
-        window.end = glm::max(window.end, glm::min(window.end + kDenoiserReach, size));
+        window.first = glm::min(window.first, glm::max(window.first - reach, ivec2(0)));
+        window.end = glm::max(window.end, glm::min(window.end + reach, size));
     }
     return {{block_start(window.first.x), block_start(window.first.y)},
             {block_end(window.end.x, s.width), block_end(window.end.y, s.height)}};

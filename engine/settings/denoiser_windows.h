@@ -11,6 +11,9 @@ namespace halflight {
 /// Pixels around a window that the denoiser needs for the picture that it makes of the whole. Its stages together reach
 /// 59 pixels: fireflies are found (8) and spread twice (44), and a pixel sees the noise (2) and means (5).
 inline constexpr int kDenoiserReach = 64;
+/// The same for the filter of previews, which finds and spreads fireflies in the same way, and whose three filters
+/// reach 5, 7 and 11 pixels: 75 together.
+inline constexpr int kPreviewReach = 80;
 
 /// A part of a picture that is denoised as if it were the whole.
 struct DenoiserWindow {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "engine/core/frames.h"
 #include "engine/core/pixel_filter.h"
 #include "engine/scene/scene.h"
 
@@ -32,7 +33,7 @@ struct SceneSettings {
     std::optional<int> shutter_times{};
     int part = 0;              // number of the part of the samples that is rendered, 1 to `parts`; 0: all parts
     bool stays_noisy = false;  // a picture that would be denoised stays the mean of its samples, without layers
-    std::uint32_t frame = 0;   // frame number, which seeds the noise
+    FrameNumber frame = 0;     // frame number, which seeds the noise
 };
 
 /// Settings that may differ between the pictures of one renderer. settings_table.h describes the public ones.
@@ -40,7 +41,7 @@ struct FrameSettings : SceneSettings {
     int samples = 64;      // samples per pixel, > 0; an upper limit if time_limit or error is set
     int first_sample = 0;  // number of the picture's first sample in the frame's sequence, >= 0
     // Number of parts of equal length in which samples are summed; the sums of the parts are added in order. Parts can
-    // be rendered apart and merged, to the same bits. 1 to `samples`.
+    // be rendered apart and merged, to the same bits (settings_of_part()). 1 to `samples`.
     int parts = 1;
     int of_samples = 0;    // length of the frame's sequence if the picture is a part of it; 0: unknown
     PixelFilter filter{};  // reconstruction filter of radiance; layers at pixel centres are not filtered
@@ -52,7 +53,9 @@ struct FrameSettings : SceneSettings {
     std::optional<ErrorTarget> error{};
 };
 
-/// Returns the settings of part `number` of the samples, 1 to settings.parts.
-FrameSettings settings_of_part(const FrameSettings& settings, int number);
+/// Returns the settings of part `number` of the samples, 1 to settings.parts. It is a range of the frame's samples. If
+/// noise decides about their number, by an error target or by adaptive sampling, it is a picture of its own with a seed
+/// of its own. Its error is `parts` times as large, so that the mean of all parts meets the target.
+FrameSettings settings_of_part(const FrameSettings& settings, int number, bool adaptive);
 
 }  // namespace halflight

@@ -51,6 +51,9 @@ struct PictureSettings {
     // Filters noise out of the finished picture (passes/picture/denoiser.h), a bias that RenderStats names.
     // Layers and error targets refer to the mean of the samples.
     bool denoise = false;
+    // Prepares noisy frames as files (api/sequence/noisy_files.h): halves and properties are summed as for `denoise`.
+    // Without `denoise`, the picture stays the mean of the samples.
+    bool keep_noisy = false;
     // Number of frames before and after a frame that the denoiser uses, too; none: kDenoiseFrames in sequences, 0 in
     // single pictures and crops.
     std::optional<int> denoise_frames{};
@@ -106,9 +109,14 @@ inline int bounces_of(const PictureSettings& settings) {
     return settings.bounces.value_or(kBounces);
 }
 
+/// Returns whether samples are summed in two halves, with properties of surfaces, for the denoiser.
+inline bool has_halves(const PictureSettings& settings) {
+    return settings.denoise || settings.keep_noisy;
+}
+
 /// Returns the number of frames before and after each frame that the denoiser uses.
-inline int neighbour_frames(const RenderSettings& settings) {
-    return settings.denoise ? settings.denoise_frames.value_or(0) : 0;
+inline int neighbour_frames(const PictureSettings& settings) {
+    return has_halves(settings) ? settings.denoise_frames.value_or(0) : 0;
 }
 
 }  // namespace halflight

@@ -317,7 +317,8 @@ std::vector<Setting> make_table() {
                 .group = kPicture,
                 .metavar = "N",
                 .help = "frame number, which decides the noise and, with --animation, the pose",
-                .upper = kMaxUint,
+                .lower = kLeastFrame,
+                .upper = kMostFrame,
                 .fingerprint = false,  // each frame has its own fingerprint
             }),
         row([](auto& s) -> auto& { return s.denoise; },
@@ -327,6 +328,14 @@ std::vector<Setting> make_table() {
                 .help = "filters noise out of the finished picture. The result is biased, but approaches the mean of "
                         "the samples as they become more; layers and --error refer to that mean",
                 .saved = true,
+                .memory = true,
+            }),
+        row([](auto& s) -> auto& { return s.keep_noisy; },
+            {
+                .name = "keep-noisy",
+                .group = kPicture,
+                .help = "keeps what the denoiser needs as NAME.noisy.exr beside each frame or picture, from which "
+                        "`halflight denoise` makes denoised ones. Without --denoise, the frames themselves stay noisy",
                 .memory = true,
             }),
         row([](auto& s) -> auto& { return s.denoise_frames; },
@@ -357,7 +366,7 @@ std::vector<Setting> make_table() {
                 .group = kPicture,
                 .help =
                     "gives noisy parts of the picture more samples and others fewer, without bias; --samples is then "
-                    "the mean number, at least 16, or with --error its limit",
+                    "the mean number, at least 16, or with --error or --time its limit",
                 .memory = true,
             }),
         row([](auto& s) -> auto& { return s.aovs; },

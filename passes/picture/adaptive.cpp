@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "engine/core/metrics.h"
+#include "passes/picture/shadow_catcher.h"
 #include "shaders/shared/denoise.h"
 
 namespace halflight {
@@ -59,6 +60,10 @@ graph::BufferHandle add_block_errors(graph::Graph& graph, const Band& band, cons
     gpu::Defines defines;
     read_light(pass, defines, sums);
     pass.read(sums.squares, Access::storage_read, "Squares");
+    if (sums.catchers) {
+        pass.read(sums.catchers, Access::storage_read, "Catchers");
+        defines.set("HALFLIGHT_CATCHERS");
+    }
     const graph::BufferHandle errors =
         pass.write(graph.create_buffer("block errors", {blocks * sizeof(float)}), Access::storage_write, "Errors");
     pass.kernel({"shaders/block_errors.comp", defines});
@@ -167,6 +172,7 @@ void add_adaptive_mean(graph::Graph& graph, const Band& band, const Accumulated&
     scale(sums.direct, 6);
     scale(sums.indirect, 6);
     scale(sums.features, 6);
+    scale(sums.catchers, kCatcherSums);
     scale(sums.groups, group_sums);
     scale(sums.halves, half_sums, shared::kFirstHalfSums);
 }

@@ -5,9 +5,12 @@ namespace halflight {
 using graph::Access;
 
 ViewKernel::ViewKernel(const ViewProcessor& processor)
-    : exposure_scale_(processor.exposure_scale()), source_("composite through " + processor.view(), "") {
+    : exposure_scale_(processor.exposure_scale()),
+      source_("composite through " + processor.view(), ""),
+      develop_source_("develop through " + processor.view(), "") {
     const GpuShader shader = processor.gpu_shader();
     source_.text = shader.glsl + "\n#include \"shaders/composite.comp\"\n";
+    develop_source_.text = shader.glsl + "\n#include \"shaders/develop.comp\"\n";
     for (const GpuLut& lut : shader.luts) {
         gpu::TextureDesc desc;
         desc.width = lut.width, desc.height = lut.height, desc.depth = lut.depth;
@@ -54,6 +57,26 @@ Composite add_composite(graph::Graph& graph, const Band& band, const Accumulated
         program.dispatch(band.paths() / 64);
     });
     return out;
+}
+
+graph::TextureHandle add_view(graph::Graph& graph, graph::TextureHandle picture, const ViewKernel& view_kernel,
+                              bool straight_view) {
+    const gpu::TextureDesc desc = graph.desc(picture);
+    graph::Pass pass = graph.add_pass("develop");
+    pass.read(picture, Access::texture_read, "picture");
+    const graph::TextureHandle view = pass.write(graph.create_texture("view", desc), Access::image_write, "view");
+    gpu::Defines defines;
+    if (straight_view) defines.set("HALFLIGHT_STRAIGHT_VIEW");
+    graph::Kernel kernel{view_kernel.develop_source(), defines};
+    kernel.bind = [&view_kernel](graph::Resources&, const gpu::Program& program) { view_kernel.bind(program); };
+    pass.kernel(std::move(kernel));
+    pass.execute([=, &view_kernel](graph::Resources& r) {
+        const gpu::Program& program = r.kernel();
+        program.set("exposure_scale", view_kernel.exposure_scale());
+        program.dispatch(static_cast<std::uint32_t>(desc.width + 7) / 8,
+                         static_cast<std::uint32_t>(desc.height + 7) / 8);
+    });
+    return view;
 }
 
 }  // namespace halflight

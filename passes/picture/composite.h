@@ -9,15 +9,16 @@
 
 namespace halflight {
 
-/// The view transform on the device: its tables, and its GLSL in front of the composite kernel.
+/// The view transform on the device: its tables, and its GLSL in front of the kernels that apply it.
 class ViewKernel {
   public:
     explicit ViewKernel(const ViewProcessor& processor);
 
     float exposure_scale() const { return exposure_scale_; }
-    /// Returns the complete kernel.
+    /// Returns the complete kernel of add_composite(), and that of add_view().
     const gpu::ShaderSource& source() const { return source_; }
-    /// Binds the tables to the samplers of a program of source().
+    const gpu::ShaderSource& develop_source() const { return develop_source_; }
+    /// Binds the tables to the samplers of a program of a source.
     void bind(const gpu::Program& program) const;
 
   private:
@@ -26,7 +27,7 @@ class ViewKernel {
         gpu::Texture texture;
     };
     float exposure_scale_ = 1;
-    gpu::ShaderSource source_;
+    gpu::ShaderSource source_, develop_source_;
     std::vector<Lut> luts_;
 };
 
@@ -40,5 +41,10 @@ struct Composite {
 /// straight_view: the colours of the view are divided by alpha.
 Composite add_composite(graph::Graph& graph, const Band& band, const Accumulated& sums, int samples,
                         bool opaque_background, const ViewKernel* view_kernel, bool straight_view = false);
+
+/// Returns the view of a finished picture, RGBA32F, with the bits of Composite::view. `view_kernel` must outlive the
+/// graph.
+graph::TextureHandle add_view(graph::Graph& graph, graph::TextureHandle picture, const ViewKernel& view_kernel,
+                              bool straight_view);
 
 }  // namespace halflight

@@ -13,7 +13,7 @@ namespace {
 graph::BufferHandle occlusion_by_catchers(graph::Graph& graph, const SceneView& view, const GBuffer& g,
                                           rays::RayBatch batch, graph::BufferHandle occluded) {
     graph::Pass pass = graph.add_pass("shadow catchers: select rays");
-    view.read_frame(pass);
+    pass.read(view.frame_constants, Access::uniform_read, "FrameBlock");
     pass.read(g.surfaces, Access::texture_read, {"surfaces", GL_RGBA32F});
     pass.read(occluded, Access::texture_read, {"occluded", GL_R32UI});
     batch.rays = pass.write(batch.rays, Access::storage_read_write, "ShadowRays");

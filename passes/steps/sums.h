@@ -29,8 +29,9 @@ struct Accumulated {
     graph::BufferHandle indirect;  // 6 doubles: diffuse rgb, glossy rgb
     graph::BufferHandle squares;   // 3 doubles: squares of the samples' beauty, for its variance
     graph::BufferHandle groups;    // 3 doubles for each light group: rgb of all light of its lights
-    // 6 doubles (add_shadow_catchers): luminance of the light on shadow catchers, with all objects and with catchers
-    // alone. The number of samples that met a catcher follows, and then rgb of the background behind them.
+    // kCatcherSums doubles (add_shadow_catchers): luminance of the light on shadow catchers, with all objects and with
+    // catchers alone. The number of samples that met a catcher follows, rgb of the background behind them, and the
+    // square of the first luminance, its product with the second one, and the square of that.
     graph::BufferHandle catchers;
     graph::BufferHandle features;  // 6 doubles: albedo rgb (diffuse, transmitted and specular at normal
                                    // incidence), shading normal xyz (world); zero where there is no surface

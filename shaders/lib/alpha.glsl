@@ -1,6 +1,6 @@
 // Alpha coverage (SHADING.md, Surfaces). Needs shaders/geometry_tables.glsl
 // and shaders/scene_tables.glsl.
-#include "shaders/lib/hash.glsl"
+#include "shaders/lib/sobol.glsl"
 #include "shaders/lib/material_properties.glsl"
 #include "shaders/lib/vertex.glsl"
 #include "shaders/shared/material_rows.h"
@@ -29,15 +29,16 @@ Coverage coverage_at(uint row, float u, float v) {
     return c;
 }
 
-// Returns whether a ray that meets the triangle at barycentrics (u, v) hits it, independently of earlier hits. `key`:
-// ray_key(). Opaque triangles accept all rays. Blend accepts u < alpha, u in [0, 1): alpha 1 always, 0 never. `row`:
-// the triangle's place in the tables; in scenes that are loaded in pages they hold few triangles.
-bool alpha_accept(uint triangle, uint row, uint instance, float u, float v, uint key) {
+// Returns whether a ray that meets the triangle at barycentrics (u, v) hits it, independently of earlier hits. Opaque
+// triangles accept all rays. Blend accepts u < alpha, u in [0, 1): alpha 1 always, 0 never. Each triangle is a dimension
+// of `random`, an alpha_sampler_of_path(): triangles are independent, and at each of them the samples of a pixel are
+// stratified. `row`: the triangle's place in the tables; in scenes that are loaded in pages they hold few triangles.
+bool alpha_accept(uint triangle, uint row, uint instance, float u, float v, Sampler random) {
     if (!kAlpha) return true;
     Coverage c = coverage_at(row, u, v);
     bool blend = c.cutoff == kAlphaBlend;
-    float random = unit_float(hash_combine(hash_combine(key, instance), triangle));
-    return blend ? random < c.alpha : c.alpha >= c.cutoff;
+    float number = sample_1d(random, hash_combine(instance, triangle));
+    return blend ? number < c.alpha : c.alpha >= c.cutoff;
 }
 
 // Returns the expected share of rays for which alpha_accept is true, for light points picked on such a triangle.

@@ -1,6 +1,6 @@
 // Cells of the radiance cache. Include after `buffer ... { CacheCell cells[]; }`. Variants: HALFLIGHT_CACHE_ASKED
 // (cells can be requested), HALFLIGHT_CACHE_TAKEN (cells are read only, as texels: storage blocks are scarce).
-#include "shaders/lib/hash.glsl"
+#include "shaders/lib/sobol.glsl"
 #include "shaders/shared/cache_cells.h"
 
 const bool kCellTexels = HALFLIGHT_CACHE_TAKEN != 0;

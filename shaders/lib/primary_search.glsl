@@ -26,9 +26,9 @@ struct PrimarySearch {
     Hit hit;  // the hit; for a miss, record of some triangle
 };
 
-// Searches the triangles seen around a pixel; `alpha_key` is the ray's. If the ray hits none, the result is a miss if
+// Searches the triangles seen around a pixel; `random`: alpha_sampler_of_pixel(). If the ray hits none, the result is a miss if
 // one of the pixels shows the background, else the rasterized triangle.
-PrimarySearch search_seen(Frame frame, ivec2 pixel, Ray ray, uint alpha_key) {
+PrimarySearch search_seen(Frame frame, ivec2 pixel, Ray ray, Sampler random) {
     uvec2 drawn = seen_at(frame, pixel);
     uvec2 right = seen_at(frame, neighbour(pixel, 1)), left = seen_at(frame, neighbour(pixel, 2));
     uvec2 below = seen_at(frame, neighbour(pixel, 3)), above = seen_at(frame, neighbour(pixel, 4));
@@ -56,7 +56,7 @@ PrimarySearch search_seen(Frame frame, ivec2 pixel, Ray ray, uint alpha_key) {
                 bool mirrored = (word & kTriangleMirrored) != 0u;
                 nearer = nearer && ((word & kTriangleOneSided) == 0u || p.back == mirrored);
             }
-            nearer = nearer && alpha_accept(p.hit.triangle, p.hit.triangle, p.hit.instance, p.hit.u, p.hit.v, alpha_key);
+            nearer = nearer && alpha_accept(p.hit.triangle, p.hit.triangle, p.hit.instance, p.hit.u, p.hit.v, random);
             if (nearer || first) nearest = p.hit;
             met = met || nearer;
             first = false;

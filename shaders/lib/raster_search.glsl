@@ -9,7 +9,7 @@ uniform usamplerBuffer lists;  // R32UI: kRasterList entries per tile
 
 // Returns the hit of a ray below the nodes of the list, and `known`, as in traverse_from(). Near entries come first in
 // the list and lie on top of the stack.
-Hit search(Ray ray, uint first_entry, uint list_size, Hit known, uint alpha_key, const bool any_hit) {
+Hit search(Ray ray, uint first_entry, uint list_size, Hit known, Sampler random, const bool any_hit) {
     BvhHead head = bvh_head(0u);
     BoxRay box = box_ray(ray.origin, ray.direction, head.base, head.cell, head.slack);
     float t_exit = known.triangle != kMiss ? known.t : ray.t_max;
@@ -21,5 +21,5 @@ Hit search(Ray ray, uint first_entry, uint list_size, Hit known, uint alpha_key,
         bvec4 slots = notEqual(uvec4(entry >> kRasterSlotShift) & uvec4(1u, 2u, 4u, 8u), uvec4(0u));
         put_aside(bvh_step(box, node, ray.t_min, t_exit, slots), 0, entries, any_hit);
     }
-    return traverse_from(ray, entries, known, alpha_key, any_hit);
+    return traverse_from(ray, entries, known, random, any_hit);
 }

@@ -1,6 +1,6 @@
 // Path reuse across pixels (SHADING.md, Path reuse): densities and contributions of a group.
 #include "shaders/lib/bsdf.glsl"
-#include "shaders/lib/hash.glsl"
+#include "shaders/lib/sobol.glsl"
 #include "shaders/shared/reuse_groups.h"
 
 // Returns the argument of member_step(), equal for all bands of a frame's sample. Four samples share it, because four

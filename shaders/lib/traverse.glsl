@@ -198,12 +198,12 @@ Hit no_hit() { return Hit(intBitsToFloat(kBvhFar), 0.0, 0.0, kMiss, kMiss); }
 // no_hit().
 // - any_hit (a constant): stops at the first hit found, of which only `triangle != kMiss` is valid.
 // - t is NaN where the driver ended the traversal early.
-// - alpha_key: ray_key() of shaders/lib/hash.glsl; unused without kAlpha.
+// - random: alpha_sampler_of_path() of shaders/lib/alpha_sampler.glsl; unused without kAlpha.
 //
 // Software drivers execute both sides of a branch, and the body of a loop once before they detect that no invocation
 // needs it. Therefore loops are tested at their end, and rare work is in the outermost loop, where rays wait for each
 // other.
-Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool any_hit) {
+Hit traverse_from(Ray ray, int entries, Hit known, Sampler random, const bool any_hit) {
     uint node = kStackDone;
     int near = floatBitsToInt(ray.t_min);  // entry of the ray into `node`
     int instance_near = near;
@@ -299,7 +299,7 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
         if (kAlpha && asks) {
             asks = false;
             uint row = row_of(asked_place, asked.triangle);
-            if (alpha_accept(triangle_id(asked.triangle), row, asked.instance, asked.u, asked.v, alpha_key)) {
+            if (alpha_accept(triangle_id(asked.triangle), row, asked.instance, asked.u, asked.v, random)) {
                 found = true;
                 nearest = asked;
                 if (any_hit) node = kStackDone;
@@ -344,8 +344,8 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
 }
 
 // Returns the hit of a ray in the whole scene.
-Hit traverse(Ray ray, uint alpha_key, const bool any_hit) {
+Hit traverse(Ray ray, Sampler random, const bool any_hit) {
     stack[0] = top_root();
     stack_near[0] = floatBitsToInt(ray.t_min);
-    return traverse_from(ray, ray.t_max >= ray.t_min ? 1 : 0, no_hit(), alpha_key, any_hit);
+    return traverse_from(ray, ray.t_max >= ray.t_min ? 1 : 0, no_hit(), random, any_hit);
 }

@@ -1,5 +1,7 @@
 // Tests preview modes of pictures and sequences, and denoised sequences: files name what is biased, frames take light
 // from their neighbours, and they are reproducible.
+#include <thread>
+
 #include "tests/cli/sequence_test.h"
 
 namespace halflight::test {
@@ -63,7 +65,7 @@ TEST_F(DenoisedSequence, NeighboursAreNamedAndChangeTheFrame) {
 TEST_F(DenoisedSequence, FramesThatAreLitOtherwiseAreNoNeighbours) {
     scene = write_fading_scene(folder.path, 30, 0);
     make("fading", "0,3", words("--denoise --frame-offset 2"));
-    expect_has(bias_of(file("fading", 0)), "also over 2 neighbouring frames");
+    expect_has(bias_of(file("fading", 0)), "also over 4 neighbouring frames");
     EXPECT_FALSE(has(bias_of(file("fading", 3)), "neighbouring"));
 }
 
@@ -80,6 +82,87 @@ TEST_F(DenoisedSequence, AFrameThatCannotBePosedFailsAlone) {
     EXPECT_EQ(outcome.status, 1);
     expect_has(outcome.err, "frame 3 (1 of 7) failed");
     EXPECT_EQ(contents("bad").size(), 6u);
+}
+
+/// Noisy frames of parts, each rendered once, are denoised to the files of the direct way.
+TEST_F(DenoisedSequence, NoisyFramesAreDenoisedToTheSameFiles) {
+    const Strings more = words(kMoving, "--aov noisy,denoiser,motion,ids --light-group each --shutter 0.5"),
+                  view = words("--exposure 1 --working-space acescg");
+    const auto to = [&](const std::string& into) {
+        return words("-o", folder / into / "f.####.exr", "-o", folder / into / "f.####.png", "--reproducible", view);
+    };
+    const Strings direct = words(command("direct", "3-5", more), "--denoise -o", folder / "direct/f.####.png", view);
+    done(direct);
+    for (const char* part : {"2/2", "1/2"}) make("noisy", "3-5", words(more, "--keep-noisy --part", part));
+    EXPECT_EQ(contents("noisy").size(), 3u + 7u) << "frames, and noisy ones with two neighbours at either end";
+    expect_has(make("noisy", "3-5", words(more, "--keep-noisy")).err, "3 of 3 frames are there already");
+    make("plain", "3-5", more);
+    EXPECT_TRUE(same_pixels(file("noisy", 4), file("plain", 4))) << "the frames stay noisy";
+
+    const Strings denoise = words("denoise --frames 3-5", folder / "noisy/f.####.noisy.exr");
+    done(words(denoise, to("later")));
+    EXPECT_TRUE(contents("later") == contents("direct"));
+    expect_has(done(words(denoise, to("later"))).err, "3 of 3 frames are there already");
+    expect_has(done(words(command("later", "3-5", more), "--denoise -o", folder / "later/f.####.png", view)).err,
+               "3 of 3 frames are there already");
+    refused(1, words(denoise, to("later"), "--quiet --denoise-frames 1"),
+            "f.0003.exr: exists, but is not this denoised");
+    make("one", "4", words(more, "--denoise --denoise-frames 1"));
+    done(words("denoise", folder / "noisy/f.0004.exr", "--reproducible --denoise-frames 1"));
+    EXPECT_TRUE(read_text(folder / "noisy/f.0004.denoised.exr") == read_text(file("one", 4)));
+
+    const fs::path noisy = folder / "noisy/f.0002.noisy.exr";
+    const std::string whole = read_text(noisy);
+    const Strings again = words("denoise", folder / "noisy/f.0004.noisy.exr", "--quiet -o", file("again.exr"));
+    write_text(noisy, whole.substr(0, whole.size() - 100));
+    refused(1, again, "f.0002.noisy.exr: ");
+    fs::remove(noisy);
+    refused(1, again, "f.0002.noisy.exr: is missing: frame 4 takes light from frame 2");
+    make("other", "4", words(more, "--keep-noisy --seed 1"));
+    fs::copy_file(folder / "other/f.0004.noisy.exr", noisy);
+    refused(1, again, "f.0002.noisy.exr: is not frame 2 of the scene and settings of ");
+    refused(1, words("denoise --quiet", file("direct", 3)), "f.0003.exr: is no noisy frame");
+    expect_has(make("noisy", "3-5", words(more, "--keep-noisy --overwrite")).err, "3 frames in ");
+    done(again);
+}
+
+/// Crops with depth of field, adaptive samples and two eyes as views.
+TEST_F(DenoisedSequence, NoisyPicturesAreDenoisedToTheSameFiles) {
+    for (const char* more : {"--crop 3,2,30,31 --focus 4 --fstop 1.4 --half --exr-parts", "--adaptive --samples 16",
+                             "--stereo views --transparent --aov depth"}) {
+        const Strings options = with_defaults(words("--frame 2 --animation all --camera moving --reproducible", more),
+                                              "--width 32 --height 32 --samples 4");
+        done(words("render", scene, file("direct.exr"), options, "--denoise"));
+        done(words("render", scene, file("still.exr"), options, "--keep-noisy"));
+        const Strings layout = has(more, "parts") ? words("--exr-parts") : Strings();
+        done(words("denoise", file("still.exr"), "--reproducible -o", file("later.exr"), layout));
+        EXPECT_TRUE(read_text(file("later.exr")) == read_text(file("direct.exr"))) << more;
+        done(words("render", scene, file("both.exr"), options, "--denoise --keep-noisy"));
+        EXPECT_TRUE(read_text(file("both.exr")) == read_text(file("direct.exr"))) << more;
+        EXPECT_TRUE(read_text(file("both.noisy.exr")) == read_text(file("still.noisy.exr"))) << more;
+    }
+}
+
+/// Three processes with the same frames render each noisy frame once: those of the frames, and two before and after.
+TEST_F(DenoisedSequence, ProcessesRenderEachFrameOnce) {
+    const Strings more = words(kDenoised, "--samples 8");
+    make("alone", "1-12", more);
+    fs::create_directory(folder / "shared");
+    std::vector<Outcome> outcomes(3);
+    std::vector<std::thread> processes;
+    for (std::size_t i = 0; i < outcomes.size(); ++i)
+        processes.emplace_back(
+            [&, i] { outcomes[i] = run("shared", "1-12", words(more, "--stats", file(fmt::format("s{}.json", i)))); });
+    for (std::thread& process : processes) process.join();
+    int rendered = 0;
+    for (std::size_t i = 0; i < outcomes.size(); ++i) {
+        EXPECT_EQ(outcomes[i].status, 0) << outcomes[i].err;
+        for (const auto& line : json_lines(read_text(file(fmt::format("s{}.json", i)))))
+            rendered += line["denoise_neighbours"]["rendered_frames"].get<int>();
+    }
+    EXPECT_EQ(rendered, 16);
+    EXPECT_TRUE(contents("shared") == contents("alone"));
+    EXPECT_EQ(std::distance(fs::directory_iterator(folder / "shared"), {}), 12) << "noisy frames are left";
 }
 
 using PreviewModes = Sequence;

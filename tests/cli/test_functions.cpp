@@ -85,13 +85,16 @@ TEST(ProgressText, OfASequence) {
 }
 
 TEST(FrameNames, PlaceholdersStandForNumbers) {
-    const auto name = [](const char* pattern, std::uint32_t frame) { return frame_path(pattern, frame).string(); };
+    const auto name = [](const char* pattern, FrameNumber frame) { return frame_path(pattern, frame).string(); };
     EXPECT_EQ(name("shot.####.exr", 7), "shot.0007.exr");
     EXPECT_EQ(name("shot.%04d.exr", 7), "shot.0007.exr");
     EXPECT_EQ(name("shot.%d.exr", 7), "shot.7.exr");
     EXPECT_EQ(name("#", 123), "123");
     EXPECT_EQ(name("##.png", 4294967295u), "4294967295.png");
     EXPECT_EQ(name("%012d", 1), "000000000001");
+    EXPECT_EQ(name("shot.####.exr", -5), "shot.-0005.exr");
+    EXPECT_EQ(name("shot.%04d.exr", -5), "shot.-005.exr");
+    EXPECT_EQ(name("#", -123), "-123");
     EXPECT_EQ(name("a#b%c/f{}#.exr", 5), "a#b%c/f{}5.exr") << "folders stay as they are";
     EXPECT_EQ(name("/x/%%02d", 5), "/x/%05");
     for (const auto& [pattern, count] :

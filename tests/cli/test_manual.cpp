@@ -54,11 +54,69 @@ class ManualTest : public CommandTest {
         for (const HelpOption& option : help_options(command)) all.insert(option.names.begin(), option.names.end());
         return all;
     }
+    /// Returns what fish offers at the end of each command line.
+    std::vector<std::set<std::string>> fish(const Strings& command_lines) const {
+        std::string script = fmt::format("set PATH {} $PATH\nsource {}\n", program_folder(),
+                                         file("fish/vendor_completions.d/halflight.fish"));
+        for (std::size_t i = 0; i < command_lines.size(); ++i)
+            script += fmt::format("complete -C '{}' | string replace -r '\\t.*' '' >{}\n", command_lines[i],
+                                  file(fmt::format("offered.{}", i + 1)));
+        write_text(file("test.fish"), script);
+        run({"fish", "--no-config", file("test.fish")}, {.environment = {"HOME=" + folder.path.string()}});
+        return offered(command_lines.size());
+    }
+    /// Returns the lines of the files "offered.1", "offered.2", ..., which are removed.
+    std::vector<std::set<std::string>> offered(std::size_t count) const {
+        std::vector<std::set<std::string>> all;
+        for (std::size_t i = 1; i <= count; ++i) {
+            const std::string name = file(fmt::format("offered.{}", i));
+            all.push_back(std::filesystem::exists(name) ? lines(read_text(name)) : std::set<std::string>());
+            std::filesystem::remove(name);
+        }
+        return all;
+    }
+    /// Returns what zsh offers at the end of each command line. Only its line editor completes, which needs a terminal:
+    /// before it reads the first key, a function lists the completions of all lines and ends the shell.
+    std::vector<std::set<std::string>> zsh(const Strings& command_lines) const {
+        std::string quoted;
+        for (const std::string& line : command_lines) quoted += fmt::format("'{}' ", line);
+        write_text(file(".zshrc"), fmt::format(R"(
+            PATH={}:$PATH
+            fpath=({} $fpath)
+            autoload -Uz compinit
+            compinit -u -D
+            compadd() {{
+                if [[ ${{@[1,(i)(-|--)]}} == *-(O|A|D)\ * ]]; then
+                    builtin compadd "$@"
+                    return
+                fi
+                local -a hits
+                builtin compadd -A hits "$@"
+                print -rl -- $hits >>{}.$number
+                builtin compadd "$@"
+            }}
+            zle -C offers list-choices _main_complete
+            zle-line-init() {{
+                for BUFFER in {}; do
+                    ((++number))
+                    CURSOR=$#BUFFER
+                    zle offers
+                done
+                exit
+            }}
+            zle -N zle-line-init
+            )",
+                                               program_folder(), file("zsh/site-functions"), file("offered"), quoted));
+        run({"zsh", "-f", "-c", "zmodload zsh/zpty; zpty shell zsh -i; while zpty -r shell; do :; done"},
+            {.environment = {"ZDOTDIR=" + folder.path.string(), "HOME=" + folder.path.string(), "TERM=xterm"}});
+        return offered(command_lines.size());
+    }
+    static std::string program_folder() { return std::filesystem::path(HALFLIGHT_PROGRAM).parent_path().string(); }
+
     /// Runs lines of bash after the completion, with a function `offers WORD...` that prints what is offered for the
     /// last word of a command line.
     Outcome bash(const std::string& lines) const {
-        write_text(file("test.sh"),
-                   fmt::format(R"(
+        write_text(file("test.sh"), fmt::format(R"(
             set -eu +u
             PATH={}:$PATH
             . {}
@@ -71,8 +129,8 @@ class ManualTest : public CommandTest {
                 printf "${{prefix-}}%s\n" "${{COMPREPLY[@]}}"
             }}
             {})",
-                               std::filesystem::path(HALFLIGHT_PROGRAM).parent_path().string(),
-                               kBashCompletion.string(), file("bash-completion/completions/halflight"), lines));
+                                                program_folder(), kBashCompletion.string(),
+                                                file("bash-completion/completions/halflight"), lines));
         return run({"bash", "--noprofile", "--norc", file("test.sh")});
     }
     static std::set<std::string> lines(const std::string& text) {
@@ -88,7 +146,7 @@ TEST_F(ManualTest, PagesHaveTheHelpTexts) {
     for (const std::string& command : kCommands) {
         SCOPED_TRACE(command);
         std::string page = read_text(file("man/man1/halflight-" + command + ".1"));
-        page = replaced(replaced(page, R"(\\f[BIR])", ""), R"(\\([-&e]))", "$1");
+        page = replaced(replaced(page, R"(\\f[BIR]|\\:)", ""), R"(\\([-&e]))", "$1");
         const std::vector<HelpOption> options = help_options(command);
         EXPECT_GT(options.size(), 4U);
         const std::regex entry("\n\\.TP\n-");
@@ -179,6 +237,66 @@ TEST_F(ManualTest, NamesComeFromTheScene) {
     write_text(scene, text);
     EXPECT_EQ(offered("--camera fr"), std::set<std::string>{evil});
     EXPECT_FALSE(std::filesystem::exists("run"));
+}
+
+/// The command lines of a test, and what every shell offers at their ends.
+struct Offer {
+    std::string line;
+    std::set<std::string> words;
+};
+
+std::vector<Offer> offers_of(const std::string& scene, const std::vector<std::set<std::string>>& options) {
+    std::vector<Offer> offers = {{"halflight rend", {"render"}},
+                                 {"halflight render --log-level ", {"error", "warning", "note", "detail"}},
+                                 {"halflight render --log-level wa", {"warning"}},
+                                 {"halflight render " + scene + " --camera ", {"above", "front", "inside", "outside"}},
+                                 {"halflight render " + scene + " --material floor.r", {"floor.roughness="}},
+                                 {"halflight info " + scene.substr(0, scene.size() - 2), {}}};
+    for (std::size_t i = 0; i < kCommands.size(); ++i)
+        offers.push_back({"halflight " + kCommands[i] + " -", options[i]});
+    return offers;
+}
+
+TEST_F(ManualTest, ZshAndFishOfferOptionsValuesAndNames) {
+    const std::string scene = copy_room(folder.path);
+    std::vector<std::set<std::string>> options;
+    for (const std::string& command : kCommands) options.push_back(names(command));
+    std::vector<Offer> offers = offers_of(scene, options);
+    Strings command_lines;
+    for (const Offer& offer : offers) command_lines.push_back(offer.line);
+    bool tested = false;
+    for (const std::string shell : {"zsh", "fish"}) {
+        if (run({"sh", "-c", "command -v " + shell}).status != 0) continue;
+        tested = true;
+        const std::vector<std::set<std::string>> found = shell == "zsh" ? zsh(command_lines) : fish(command_lines);
+        for (std::size_t i = 0; i < offers.size(); ++i) {
+            SCOPED_TRACE(shell + ": " + offers[i].line);
+            const std::set<std::string>& words = found[i];
+            if (offers[i].line.ends_with(".gl")) {
+                EXPECT_EQ(words.size(), 1u);
+                for (const std::string& word : words) expect_has(word, "room.gltf");
+                continue;
+            }
+            EXPECT_EQ(words, offers[i].words);
+        }
+    }
+    if (!tested) GTEST_SKIP() << "needs zsh or fish";
+}
+
+TEST_F(ManualTest, PagesHaveNoFaultsAndOldOnesVanish) {
+    const std::string old = file("man/man1/halflight-old.1"), other = file("man/man1/halflight-other.1");
+    write_text(old, ".TH HALFLIGHT\\-OLD 1\n");
+    write_text(other, ".TH OTHER 1\n");
+    done({"info", "--write-manual", folder.path});
+    EXPECT_FALSE(std::filesystem::exists(old));
+    EXPECT_TRUE(std::filesystem::exists(other)) << "another program has written it";
+    std::filesystem::remove(other);
+    if (run({"sh", "-c", "command -v man"}).status != 0) GTEST_SKIP() << "needs man";
+    const Outcome pages = run(
+        {"sh", "-c", "cd \"$1\" && for page in *.1; do man --warnings -E UTF-8 -l $page; done", "sh", file("man/man1")},
+        {.environment = {"MANWIDTH=80", "LC_ALL=C.UTF-8"}});
+    EXPECT_EQ(pages.err, "");
+    expect_has(pages.out, "--log-level LEVEL");
 }
 
 }  // namespace

@@ -277,6 +277,51 @@ TEST_F(Sequence, WritesPngsToo) {
     EXPECT_EQ(read_text(folder / "f.2.png"), png);
 }
 
+TEST_F(Sequence, PicturesAreDevelopedFromWholeExrs) {
+    for (const char* more : {"--aov depth --exr-parts", "--denoise --transparent", "--preview filter --stereo views"}) {
+        const auto into = [&](const char* name, const char* exposure) {
+            return words(command(name, "1-2", words(more, "--animation all --camera moving")), "-o",
+                         folder / name / "f.####.png", "--exposure", exposure);
+        };
+        for (const char* name : {"at-once", "developed"}) fs::remove_all(folder / name);
+        done(into("at-once", "1"));
+        make("developed", "1-2", words(more, "--animation all --camera moving"));
+        const auto time = fs::last_write_time(file("developed", 2));
+        expect_has(done(into("developed", "1")).err, "2 frames are developed from their .exr, and not rendered");
+        EXPECT_TRUE(contents("developed") == contents("at-once")) << more;
+        EXPECT_EQ(done(into("developed", "1")).err, "halflight: 2 of 2 frames are there already\n");
+        refused(1, words(into("developed", "2"), "--quiet"), "f.0001.png: exists");
+        done(words(into("developed", "2"), "--overwrite"));
+        done(words(into("at-once", "2"), "--overwrite --reproducible"));
+        EXPECT_TRUE(contents("developed") == contents("at-once")) << more;
+        EXPECT_EQ(fs::last_write_time(file("developed", 2)), time);
+    }
+    // Half floats round colours.
+    const Strings png = words("-o", folder / "half" / "f.####.png");
+    make("half", "1", {"--half"});
+    refused(1, command("half", "1-2", words("--half --develop --quiet"), png),
+            "f.####.exr: frame 2 (1 of 2): no complete .exr");
+    make("half", "1", words("--half --develop", png));
+    refused(1, command("half", "1", words("--half --quiet"), png), "f.0001.png: exists");
+    EXPECT_FALSE(has(make("half", "1", words("--half --overwrite", png)).err, "developed"));
+}
+
+TEST_F(Sequence, FramesBeforeZero) {
+    const Strings all = words("--animation all --camera moving --aov position");
+    make("out", "-2-1", all);
+    EXPECT_EQ(contents("out").size(), 4u);
+    EXPECT_TRUE(fs::exists(folder / "out" / "f.-0002.exr"));
+    EXPECT_EQ(make("out", "-2--1,0-1", all).err, "halflight: 4 of 4 frames are there already\n");
+    EXPECT_EQ(read_exr(folder / "out" / "f.-0001.exr").attributes.time_code, (TimeCode{23, 59, 59, 23}));
+    make("early", "-9", words(all, "--frame-offset -10"));
+    done(words("render", scene, file("alone.exr"), "--frame -9 --frame-offset -10 --width 16 --height 16 --samples 2",
+               all));
+    EXPECT_TRUE(same_pixels(file("alone.exr"), folder / "early" / "f.-0009.exr"));
+    const ExrFile early = read_exr(file("alone.exr")), first = read_exr(file("out", 1));
+    EXPECT_TRUE(same_values(*early.find("position.X"), *first.find("position.X"))) << "at the same time";
+    EXPECT_FALSE(same_pixels(file("alone.exr"), file("out", 1))) << "with the same noise";
+}
+
 TEST_F(Sequence, AnimationsByNameAndNumber) {
     make("all", "6");
     make("name", "6", {"--animation", "turn"});

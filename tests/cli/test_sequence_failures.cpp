@@ -63,13 +63,13 @@ TEST_F(Sequence, AFailedWriteConcernsItsFrameOnly) {
     EXPECT_TRUE(fs::exists(file("none/deeper", 1)));
 }
 
-TEST_F(Sequence, FullDisk) {
+TEST_F(Sequence, AFullDiskEndsTheRunWithTheFirstFrame) {
     // Frames of 64 x 64 noisy pixels exceed the limit. The driver's shader cache must not reach it.
     fs::create_directory(folder / "out");
     refused(1,
             words("render", scene, file("out/f.%02d.exr"), "--frames 1-2 --width 64 --height 64 --samples 1 --quiet",
                   "--animation none --aov normal"),
-            "f.%02d.exr: frames 1,2 (2 of 2) failed: ",
+            "f.01.exr: cannot write: File too large: stopped in frame 1, 0 of 2 frames are there",
             {.environment = {"MESA_SHADER_CACHE_DISABLE=true", "HALFLIGHT_SHADER_SOURCES"},
              .wrapper = {"prlimit", "--fsize=8192"}});
     EXPECT_TRUE(fs::is_empty(folder / "out")) << "something is left";
@@ -114,11 +114,14 @@ colorspaces:
 TEST_F(Sequence, TablesOfTheColourConfigAreSettings) {
     const std::string table = "LUT_1D_SIZE 2\n0 0 0\n1 1 1\n";
     const Strings config = words("--ocio", write_config_with_table(folder.path, table), "--aov depth");
-    make("out", "1", config);
-    make("out", "1", words(config, "--stats", file("s.json")));
+    const Strings png = words("-o", folder / "out" / "f.####.png");
+    make("out", "1", words(config, png));
+    make("out", "1", words(config, png, "--stats", file("s.json")));
     EXPECT_EQ(read_text(file("s.json")), "") << "statistics of no frame";
     write_config_with_table(folder.path, "LUT_1D_SIZE 2\n0 0 0\n1 1 0.5\n");
-    EXPECT_EQ(run("out", "1", config).status, 1) << "of another table";
+    EXPECT_EQ(run("out", "1", words(config, png)).status, 1) << "of another table";
+    make("out", "1", config);
+    EXPECT_EQ(read_text(file("s.json")), "") << "the .exr does not depend on it";
 }
 
 TEST_F(Sequence, RemainsOfAKilledRunAreRemoved) {

@@ -11,8 +11,8 @@ namespace {
 
 void frames(const std::string& text) {
     try {
-        const std::vector<std::uint32_t> list = parse_frames("--frames", text);
-        const std::unordered_set<std::uint32_t> distinct(list.begin(), list.end());
+        const std::vector<FrameNumber> list = parse_frames("--frames", text);
+        const std::unordered_set<FrameNumber> distinct(list.begin(), list.end());
         if (list.empty() || list.size() > kMaxFrames) throw Broken("a list of no frames, or of too many");
         if (distinct.size() != list.size()) throw Broken("a frame comes twice");
     } catch (const Error& error) {

@@ -249,6 +249,15 @@ class Edits(InFolder):
         self.scene.set_shadow_catchers()
         self.check_undone()
 
+    def test_ground(self):
+        self.scene.set_ground(height=0.2)  # cuts the blocks
+        ground = self.renderer.render()["beauty"]
+        self.assertFalse(np.array_equal(ground, self.before))
+        np.testing.assert_array_equal(ground, hl.render(self.scene, **SMALL)["beauty"])
+        self.assertNotIn("ground", self.scene.edit_options())  # no object that edits may name
+        self.scene.set_ground(False)
+        self.check_undone()
+
     def test_files_make_the_same_picture(self):
         self.scene.edit_material("white", base_color="#80c0ff", roughness=0.25)
         self.scene.edit_node("tall block", translate=(0.1, 0, 0), scale=0.9)

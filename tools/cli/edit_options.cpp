@@ -55,6 +55,19 @@ void add_edit_options(Options& options, ViewArguments& a) {
          "hides nodes with everything below them, meshes and lights of a name or pattern; node:NAME, mesh:NAME and "
          "light:NAME select a kind",
          add_hidden);
+    options.flag(
+        "--ground",
+        [&a] {
+            const auto add = [](SceneEdits& edits, const std::string&, const std::string&) { edits.ground = true; };
+            add(a.choice.edits, "--ground", "");
+            a.edit_options.push_back({"--ground", add, ""});
+        },
+        "adds a level floor below the scene, of which the camera sees only the shadows on it");
+    edit("--ground-height", "METRES", "adds the floor of --ground at this height, not at the lowest point of the scene",
+         [](SceneEdits& edits, const std::string& option, const std::string& text) {
+             edits.ground = true;
+             edits.ground_height = real(option, text, kEditPosition.lower, kEditPosition.upper);
+         });
     edit("--shadow-catcher", "NAME",
          "makes nodes with everything below them and meshes of a name or pattern shadow catchers. The camera sees only "
          "the shadows on them, as alpha; node:NAME and mesh:NAME select a kind",

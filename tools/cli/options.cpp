@@ -290,10 +290,11 @@ Occasion occasion_of(const RenderArguments& a) {
     return {.shutter = a.shutter.open > 0,
             .checkpoint = a.checkpoint.has_value(),
             .own_checkpoint = a.checkpoint && single,
-            .one_part = one_part && single,
+            .sequence = !single,
             .part_of_sequence = one_part && !single,
             .light_groups = a.choice.edits.each_light || !a.choice.edits.light_groups.empty(),
-            .catchers = !a.choice.edits.catchers.empty(),
+            .pages = !a.choice.pages.empty(),
+            .moved_surfaces = change_surfaces(a.choice.edits),
             .asked = true,
             .finished = true};
 }

@@ -65,10 +65,11 @@ struct RenderArguments : ViewArguments {
     OutputOptions output;                        // what the pictures hold
     std::optional<std::filesystem::path> movie;  // movie of all frames, .mp4 or .mov
 
-    std::vector<std::uint32_t> frames;  // frames of a sequence, in order; empty: one picture, of settings.frame
+    std::vector<FrameNumber> frames;  // frames of a sequence, in order; empty: one picture, of settings.frame
     Shutter shutter;
     bool overwrite = false;            // replaces frames, or a checkpoint, that were made with other settings
     ListPart part;                     // part of `frames`, or of the samples of a single picture, to render
+    bool develop = false;              // makes pictures from the .exr of frames instead of rendering
     bool merge = false;                // joins the parts of a single picture instead of rendering it
     bool check = false;                // renders nothing and checks that all frames are there
     std::optional<double> checkpoint;  // seconds between two saves of the samples of a single picture; none: no saves
@@ -77,6 +78,7 @@ struct RenderArguments : ViewArguments {
     bool fstop_needs_focus = false;  // --fstop was given, and no output has an exposure that it could set
     bool no_shader_cache = false;
     bool json_progress = false;  // progress as lines of JSON, also if quiet()
+    bool watch = false;          // renders again whenever a file of the picture changes
     std::optional<std::filesystem::path> stats;
     std::optional<std::filesystem::path> graph;
 };
@@ -100,6 +102,7 @@ struct PreviewArguments : ViewArguments {
     std::optional<double> ui_scale;                 // size of text and controls; none: that of the monitor
     double budget = 100;                            // time until the first picture of a view, ms
     std::optional<std::filesystem::path> script;
+    bool watch = false;  // loads files anew that change on disk
     std::optional<std::filesystem::path> ocio;
     bool no_shader_cache = false;
 };

@@ -58,6 +58,8 @@ void add_preview_options(CLI::App& app, PreviewArguments& a) {
     options.settings(a.settings, &Setting::saved);
     options.flag("--no-shader-cache", a.no_shader_cache,
                  "neither reads nor writes compiled shaders in $XDG_CACHE_HOME/halflight/programs");
+    options.flag("--watch", a.watch,
+                 "loads scene, environment, settings file and colour config anew when they change on disk; edits stay");
     options.path("--script", "FILE", "runs a script, one command per line, and exits; docs/viewer.md lists them",
                  a.script);
 }

@@ -57,7 +57,7 @@ void add_sequence_options(Options& options, RenderArguments& a) {
                           "all with --frames, else none, the scene at rest");
     options.value("--frame-offset", "N", "number of the frame at 0 s (default 0)",
                   [&](const auto& name, const auto& text) {
-                      a.choice.frame_offset = static_cast<std::uint32_t>(whole(name, text, 0, 1000000000));
+                      a.choice.frame_offset = whole(name, text, -1000000000, 1000000000);
                   });
     add_shutter_option(options, a);
     options.value("--shutter-times", "N",
@@ -80,6 +80,9 @@ void add_sequence_options(Options& options, RenderArguments& a) {
                   [&](const auto& name, const auto& text) { a.view.turntable = whole(name, text, 1, 1000000); });
     options.flag("--overwrite", a.overwrite,
                  "replaces frames, or a checkpoint, that were made with other settings or from another scene");
+    options.flag("--develop", a.develop,
+                 "renders nothing: makes other pictures and the movie from the .exr of each frame, also from half "
+                 "floats. Without it, frames are developed whose .exr is complete and exact");
     options.value(
         "--part", "I/N",
         "renders the I-th of N parts of the frames, or of the samples of a single picture, for use on N machines",
@@ -95,6 +98,9 @@ void check_sequence_options(const CLI::App& app, const RenderArguments& a) {
     if (app.count("--overwrite") > 0 && !sequence && !a.checkpoint && a.part.of == 1)
         throw UsageError("--overwrite", "needs --frames, --checkpoint or --part");
     if (app.count("--check") > 0 && !sequence) throw UsageError("--check", "needs --frames");
+    if (a.develop &&
+        (!sequence || std::ranges::none_of(a.outputs, [](const auto& path) { return has_extension(path, "exr"); })))
+        throw UsageError("--develop", "needs --frames, and the .exr among the outputs");
     if (a.movie) check_movie(a);
     check_shutter(app, a);
     if (app.count("--fps") > 0 && !sequence && !a.choice.animation)
@@ -117,7 +123,7 @@ std::vector<std::filesystem::path> output_files(const RenderArguments& a) {
             files.push_back(pattern);
             continue;
         }
-        for (const std::uint32_t frame : a.frames) files.push_back(frame_path(pattern, frame));
+        for (const FrameNumber frame : a.frames) files.push_back(frame_path(pattern, frame));
     }
     return files;
 }

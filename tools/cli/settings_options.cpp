@@ -44,13 +44,13 @@ struct Override {
     std::string_view setting;
     const char* option;
 };
-constexpr Override
-    kOverrides[] =
-        {
-            {"display", "--view"},    {"view", "--display"},       {"samples", "--time"},
-            {"samples", "--error"},   {"exposure", "--iso"},       {"exposure", "--shutter-speed"},
-            {"exposure", "--fstop"},  {"aperture", "--fstop"},     {"denoise", "--preview"},
-            {"preview", "--shutter"}, {"preview", "--checkpoint"},  // the mode filter, too, which they do not exclude
+constexpr Override kOverrides[] = {
+    {"display", "--view"},         {"view", "--display"},       {"samples", "--time"},
+    {"samples", "--error"},        {"exposure", "--iso"},       {"exposure", "--shutter-speed"},
+    {"exposure", "--fstop"},       {"aperture", "--fstop"},     {"denoise", "--preview"},
+    {"preview", "--shutter"},      {"preview", "--checkpoint"},  // the mode filter, too, which they do not exclude
+    {"preview", "--adaptive"},     {"preview", "--crop"},       {"preview", "--overscan"},
+    {"preview", "--sample-parts"},
 };
 
 /// Returns whether an option of a file, --preview or --denoise, gives way: it cannot be combined with an option that

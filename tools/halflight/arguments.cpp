@@ -15,11 +15,28 @@ namespace {
 
 /// Returns the options of `halflight render` on which memory depends (tools/slurm/submit lists them, too), and --png.
 std::vector<std::string> memory_options() {
-    std::vector<std::string> names = {"--settings",   "--camera",       "--look-from",      "--look-at",
-                                      "--up",         "--vfov",         "--shutter",        "--env",
-                                      "--sky",        "--env-rotation", "--env-intensity",  "--variant",
-                                      "--line-width", "--png",          "--light",          "--material",
-                                      "--node",       "--hide",         "--shadow-catcher", "--light-group"};
+    std::vector<std::string> names = {"--settings",
+                                      "--camera",
+                                      "--look-from",
+                                      "--look-at",
+                                      "--up",
+                                      "--vfov",
+                                      "--shutter",
+                                      "--env",
+                                      "--sky",
+                                      "--env-rotation",
+                                      "--env-intensity",
+                                      "--variant",
+                                      "--line-width",
+                                      "--png",
+                                      "--light",
+                                      "--material",
+                                      "--node",
+                                      "--hide",
+                                      "--shadow-catcher",
+                                      "--ground",
+                                      "--ground-height",
+                                      "--light-group"};
     for (const Setting& s : known_settings())
         if (s.memory) names.push_back(fmt::format("--{}", s.name));
     return names;
@@ -85,6 +102,12 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     merge.merge = true;
     CLI::App& merge_app = *app.add_subcommand("merge", "Joins the parts of a picture that `render --part` has made");
     add_render_options(merge_app, merge);
+
+    DenoiseArguments denoise;
+    CLI::App& denoise_app =
+        *app.add_subcommand("denoise", "Makes denoised pictures of noisy frames that `render --keep-noisy` has kept");
+    denoise_app.allow_extras();
+    add_denoise_options(denoise_app, denoise);
 
     PreviewArguments preview;
     CLI::App& preview_app = *app.add_subcommand("view", "Shows a scene in an interactive window");
@@ -188,6 +211,10 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     if (merge_app.parsed()) {
         finish_render_options(merge_app, merge);
         return merge;
+    }
+    if (denoise_app.parsed()) {
+        finish_denoise_options(denoise_app, denoise);
+        return denoise;
     }
     if (thumbnail_app.parsed()) {
         finish_thumbnail_options(thumbnail_app, thumbnail);

@@ -58,6 +58,11 @@ struct ThumbnailArguments : RenderArguments {
     std::optional<std::filesystem::path> named{};  // name of a picture without an extension; none: that of the output
 };
 
+/// Arguments of `halflight denoise`. Of the settings, those of the view and the denoiser apply.
+struct DenoiseArguments : RenderArguments {
+    std::vector<std::filesystem::path> noisy;  // noisy frames, or pictures beside which they lie
+};
+
 /// Arguments of `halflight pack`.
 struct PackArguments {
     std::filesystem::path scene;
@@ -69,8 +74,9 @@ struct PackArguments {
 using bench::BenchArguments;      // `halflight bench`
 using compare::CompareArguments;  // `halflight compare`
 
-using Arguments = std::variant<Help, Version, Manual, RenderArguments, ThumbnailArguments, PreviewArguments,
-                               ConvergeArguments, InfoArguments, PackArguments, BenchArguments, CompareArguments>;
+using Arguments = std::variant<Help, Version, Manual, RenderArguments, DenoiseArguments, ThumbnailArguments,
+                               PreviewArguments, ConvergeArguments, InfoArguments, PackArguments, BenchArguments,
+                               CompareArguments>;
 Arguments parse_arguments(int argc, const char* const* argv);
 
 }  // namespace halflight

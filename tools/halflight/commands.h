@@ -1,6 +1,8 @@
 // The program's commands. Each returns when all requested work is done, and throws Error otherwise.
 #pragma once
 
+#include <functional>
+
 #include "tools/halflight/arguments.h"
 
 namespace halflight {
@@ -16,7 +18,9 @@ class Interrupted : public Error {
 /// Prints the versions of the program, the driver and the libraries.
 void print_version();
 void write_manual(const Manual& manual);
-void run_render(const RenderArguments& arguments);
+/// reread: parses the command line anew, with the settings file as it is now, for --watch.
+void run_render(const RenderArguments& arguments, const std::function<RenderArguments()>& reread = {});
+void run_denoise(const DenoiseArguments& arguments);
 /// Renders under the limits of the arguments. Does not return if the time is up.
 void run_thumbnail(const ThumbnailArguments& arguments);
 /// Replaces the process by `halflight-view` with the same command line, so that this program needs no window system.

@@ -220,8 +220,8 @@ void check_converge_options(const CLI::App& app, ConvergeArguments& a) {
     }
     if (a.require_agreement && (a.plan.external.name.empty() || a.plan.seeds < 2))
         throw UsageError("--require-agreement", "needs --external and at least two --seeds");
-    if (app.count("--shadow-catcher") > 0)
-        throw UsageError("--shadow-catcher", "puts shadows into alpha, which converge does not measure");
+    for (const char* option : {"--shadow-catcher", "--ground", "--ground-height"})
+        if (app.count(option) > 0) throw UsageError(option, "puts shadows into alpha, which converge does not measure");
     if (app.count("--light-group") > 0) throw UsageError("--light-group", "adds layers, which converge does not write");
     check_camera_options(app, a.view);
     check_optics_options(app, a);

@@ -34,7 +34,9 @@ int run(int argc, char** argv) {
         if (const auto* help = std::get_if<Help>(&arguments)) std::puts(help->text.c_str());
         if (std::holds_alternative<Version>(arguments)) print_version();
         if (const auto* manual = std::get_if<Manual>(&arguments)) write_manual(*manual);
-        if (const auto* render = std::get_if<RenderArguments>(&arguments)) run_render(*render);
+        if (const auto* render = std::get_if<RenderArguments>(&arguments))
+            run_render(*render, [=] { return std::get<RenderArguments>(parse_arguments(argc, argv)); });
+        if (const auto* denoise = std::get_if<DenoiseArguments>(&arguments)) run_denoise(*denoise);
         if (const auto* thumbnail = std::get_if<ThumbnailArguments>(&arguments)) run_thumbnail(*thumbnail);
         if (std::holds_alternative<PreviewArguments>(arguments)) start_viewer(argv);
         if (const auto* converge = std::get_if<ConvergeArguments>(&arguments)) run_converge(*converge);

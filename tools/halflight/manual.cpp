@@ -69,8 +69,10 @@ ManualCommand manual_command(const CLI::App& app, const std::string& name) {
 /// Returns text for roff. What stands between backquotes becomes bold.
 std::string roff(const std::string& text) {
     std::string result;
-    bool bold = false;
+    bool bold = false, joins = false;
     for (const char c : text) {
+        if (joins && c != ' ') result += "\\:";  // long lists without blanks may break here
+        joins = c == ',' || c == '|';
         if (c == '`') {
             bold = !bold;
             result += bold ? "\\fB" : "\\fR";
@@ -127,6 +129,17 @@ halflight view scene.glb
 .EE
 )";
 
+/// Removes the man pages that earlier versions have written for commands that are no more.
+void remove_old_pages(const std::filesystem::path& folder, const Manual& manual) {
+    constexpr std::uint64_t kMostBytes = 1 << 20;
+    std::error_code none;
+    for (const auto& entry : std::filesystem::directory_iterator(folder, none)) {
+        const std::string name = entry.path().filename().string();
+        if (!name.starts_with("halflight-") || !name.ends_with(".1") || manual.files.contains(entry.path())) continue;
+        if (read_file(entry.path(), kMostBytes).starts_with(".TH HALFLIGHT\\-")) std::filesystem::remove(entry.path());
+    }
+}
+
 }  // namespace
 
 std::vector<ManualCommand> manual_commands(const CLI::App& app) {
@@ -143,8 +156,9 @@ std::string man_page(const ManualCommand& command, const std::vector<ManualComma
     while (summary.ends_with('.')) summary.pop_back();
     std::string capitals = title;
     std::ranges::transform(capitals, capitals.begin(), [](unsigned char c) { return std::toupper(c); });
-    std::string page = fmt::format(".TH {} 1 \"\" \"halflight {}\" \"User Commands\"\n.SH NAME\n{} \\- {}\n",
-                                   roff(capitals), HALFLIGHT_VERSION, roff(title), roff(summary));
+    // Long names cannot be adjusted to both margins.
+    std::string page = fmt::format(".TH {} 1 {} \"halflight {}\" \"User Commands\"\n.ad l\n.nh\n.SH NAME\n{} \\- {}\n",
+                                   roff(capitals), HALFLIGHT_DATE, HALFLIGHT_VERSION, roff(title), roff(summary));
     page += fmt::format(".SH SYNOPSIS\n\\fBhalflight{}\\fR", command.name.empty() ? "" : " " + command.name);
     if (command.name.empty()) page += " \\fICOMMAND\\fR";
     for (const ManualOption& o : command.positionals) {
@@ -194,6 +208,8 @@ void write_manual(const Manual& manual) {
         make_folder_of(path);
         write_file(path, text);
     }
+    for (const auto& [path, text] : manual.files)
+        if (path.extension() == ".1") return remove_old_pages(path.parent_path(), manual);
 }
 
 }  // namespace halflight

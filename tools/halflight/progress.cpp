@@ -153,7 +153,7 @@ SequenceDisplay::SequenceDisplay(std::FILE* stream, ProgressForm form, std::size
       time_limit_(time_limit),
       line_(fmt::format("0/{} frames", frames)) {}
 
-void SequenceDisplay::show(std::uint32_t frame, const RenderProgress& progress) {
+void SequenceDisplay::show(FrameNumber frame, const RenderProgress& progress) {
     const bool json = form_ == ProgressForm::json;
     if (!json && !terminal_) return;
     if (progress.seconds < drawn_at_) drawn_at_ = -1;  // another frame has begun
@@ -169,17 +169,17 @@ void SequenceDisplay::show(std::uint32_t frame, const RenderProgress& progress) 
     line_shown_ = true;
 }
 
-void SequenceDisplay::made(std::uint32_t frame, std::size_t made, std::size_t failed, double seconds) {
+void SequenceDisplay::made(FrameNumber frame, std::size_t made, std::size_t failed, double seconds) {
     made_ = made, failed_ = failed;
     report(frame, "written", seconds);
 }
 
-void SequenceDisplay::found(std::uint32_t frame, std::size_t found, double seconds) {
+void SequenceDisplay::found(FrameNumber frame, std::size_t found, double seconds) {
     found_ = found;
     report(frame, "made by another process", seconds);
 }
 
-void SequenceDisplay::report(std::uint32_t frame, const char* what, double seconds) {
+void SequenceDisplay::report(FrameNumber frame, const char* what, double seconds) {
     line_ = sequence_text(made_ + failed_ + found_, frames_, seconds);
     drawn_at_ = -1;
     if (form_ == ProgressForm::json)

@@ -89,16 +89,16 @@ class SequenceDisplay {
     ~SequenceDisplay() { clear(); }
 
     /// Shows the progress inside a frame.
-    void show(std::uint32_t frame, const RenderProgress& progress);
+    void show(FrameNumber frame, const RenderProgress& progress);
     /// Reports a finished frame; `seconds` since the start of the first frame.
-    void made(std::uint32_t frame, std::size_t made, std::size_t failed, double seconds);
+    void made(FrameNumber frame, std::size_t made, std::size_t failed, double seconds);
     /// Reports a frame that another process has made; `found`: number of such frames so far.
-    void found(std::uint32_t frame, std::size_t found, double seconds);
+    void found(FrameNumber frame, std::size_t found, double seconds);
     /// Removes the line, so that another one can be written.
     void clear();
 
   private:
-    void report(std::uint32_t frame, const char* what, double seconds);
+    void report(FrameNumber frame, const char* what, double seconds);
 
     std::FILE* stream_;
     ProgressForm form_;

@@ -6,6 +6,8 @@
 
 #include "api/halflight/frame_renderer.h"
 #include "api/halflight/statistics.h"
+#include "api/sequence/fingerprint.h"
+#include "api/sequence/noisy_files.h"
 #include "engine/core/interruption.h"
 #include "engine/core/steps.h"
 #include "engine/core/stopwatch.h"
@@ -21,6 +23,7 @@
 #include "tools/halflight/render_options.h"
 #include "tools/halflight/render_parts.h"
 #include "tools/halflight/sequence.h"
+#include "tools/halflight/watch.h"
 
 namespace halflight {
 namespace {
@@ -77,10 +80,34 @@ std::vector<std::filesystem::path> merged_parts(const RenderArguments& a) {
     return folders;
 }
 
+/// Returns the file of the noisy frame of the picture, and of those around it; null: none is kept. renderer: the one
+/// that will make the picture, which may be made later.
+std::shared_ptr<NoisyFiles> noisy_files(const RenderArguments& a, const FrameRenderer* const& renderer) {
+    if (!a.settings.keep_noisy || part_of_samples(a) > 0) return nullptr;
+    const auto picture = [&a](FrameNumber frame) {
+        const std::filesystem::path& own = a.outputs[0];
+        return frame == a.settings.frame ? own
+                                         : own.parent_path() / fmt::format("{}.{}.exr", own.stem().string(), frame);
+    };
+    return std::make_shared<NoisyFiles>(
+        NoisyFiles::Options{.picture = picture,
+                            .reach = neighbour_frames(a.settings),
+                            .keep = true,
+                            .overwrite = true,
+                            .compression = lossless(a.output.exr.compression),
+                            .listed = [&a](FrameNumber frame) { return frame == a.settings.frame; },
+                            .info =
+                                [&](const RenderResult& result) {
+                                    PictureInfo info = picture_info(*renderer, result, a.output, "");
+                                    info.frame = renderer->settings().frame;
+                                    return info;
+                                }});
+}
+
 /// Returns the samples per pixel of the picture, or of its part.
 int samples_to_render(const RenderSettings& settings, const RenderArguments& a) {
     const int part = part_of_samples(a);
-    return part > 0 ? settings_of_part(settings, part).samples : settings.samples;
+    return part > 0 ? settings_of_part(settings, part, settings.adaptive).samples : settings.samples;
 }
 
 /// Returns when a signal has ended the rendering, and what becomes of the samples. height: rows of the picture.
@@ -101,7 +128,8 @@ void tell_details(const RenderStats& stats, const StepTimes& times, const Consol
                    name(stats.primary), text(stats.estimator));
 }
 
-void render_picture(const RenderArguments& a) {
+/// Renders the single picture of the arguments. watched: null without --watch.
+void render_picture(const RenderArguments& a, Watched* watched) {
     Stopwatch clock;
     StepTimes times;
     const Console console(a.log.level);
@@ -113,22 +141,28 @@ void render_picture(const RenderArguments& a) {
     gpu::check_process();  // before another thread takes from the limits
     // Another thread reads the scene while this thread, which will own the context, loads the driver.
     auto reading = std::async(std::launch::async, [&] { return load_scene(a, console); });
-    const auto context = std::make_shared<gpu::Context>(gpu::Context::create(device_options(a)));
+    const auto context =
+        watched ? watched->context : std::make_shared<gpu::Context>(gpu::Context::create(device_options(a)));
     times.context = clock.lap();
     LoadedScene scene = reading.get();
     check_render_files(a, scene.files());
+    if (watched) watched->take(scene, config);
     if (a.needs_surfaces && scene.scene().instances.empty())
         throw Error(a.choice.scene.string(), "has no surfaces to show");
     PoseWarnings warnings(scene);
     const ChosenCamera chosen = scene.camera(scene.time_of(a.settings.frame));
+    const FrameRenderer* made = nullptr;
+    const std::shared_ptr<NoisyFiles> noisy = noisy_files(a, made);
     FrameRenderer renderer(scene, make_settings(a, chosen.camera),
                            {.context = context,
                             .colors = config,
                             .shutter = a.shutter,
-                            .frees_scene = true,
+                            .frees_scene = !noisy,
                             .checkpoint = checkpoint_of(a),
                             .merged = merged_parts(a),
+                            .noisy_files = noisy,
                             .exr_tile = a.output.exr.tile});
+    made = &renderer;
     Checkpoint* const checkpoint = renderer.checkpoint();
     const RenderSettings& settings = renderer.settings();
     for (const auto& path : a.outputs) check_size(path, data_window(settings).size());
@@ -149,7 +183,10 @@ void render_picture(const RenderArguments& a) {
     int samples_done = 0;
     try {
         ProgressDisplay display(stderr, progress_form(a.log.quiet(), a.json_progress), settings.time_limit, earlier);
-        const Interruptible stops([&] { stop_point(a.outputs[0], "before rendering"); });
+        const Interruptible stops([&] {
+            stop_point(a.outputs[0], "before rendering");
+            if (watched && watched->files.changed()) throw FilesChanged();
+        });
         const StepWatch programs([&](const char* what, int number) {
             display.show_step(what, number);
             interruption_point();
@@ -160,6 +197,10 @@ void render_picture(const RenderArguments& a) {
         };
         renderer.find_estimator(go_on);
         renderer.find_exposure(go_on);
+        if (noisy) {
+            noisy->set_sums(sums_fingerprint(scene, renderer.settings(), a.shutter));
+            if (a.settings.view.metered()) noisy->set_exposure(renderer.settings().view.exposure.stops);
+        }
         rendering = true;
         result = renderer.render([&](const RenderProgress& progress) {
             display.show(progress);
@@ -219,18 +260,18 @@ void render_picture(const RenderArguments& a) {
     }
 }
 
-}  // namespace
-
-void run_render(const RenderArguments& a) {
-    gpu::prepare_process();
+/// Renders the pictures of all cameras.
+void render_cameras(const RenderArguments& a, Watched* watched) {
     const std::vector<RenderArguments> cameras = arguments_by_camera(a);
     std::size_t failed = 0;
     for (const RenderArguments& one : cameras) {
         try {
-            one.frames.empty() ? render_picture(one) : run_sequence(one);
+            one.frames.empty() ? render_picture(one, watched) : run_sequence(one, watched);
         } catch (const UsageError&) {
             throw;
         } catch (const Interrupted&) {
+            throw;
+        } catch (const DiskError&) {
             throw;
         } catch (const Error& error) {
             if (cameras.size() == 1) throw;
@@ -239,6 +280,13 @@ void run_render(const RenderArguments& a) {
         }
     }
     if (failed > 0) throw Error("--camera all", "{} of {} cameras failed", failed, cameras.size());
+}
+
+}  // namespace
+
+void run_render(const RenderArguments& a, const std::function<RenderArguments()>& reread) {
+    gpu::prepare_process();
+    a.watch ? render_and_watch(a, reread, render_cameras) : render_cameras(a, nullptr);
 }
 
 }  // namespace halflight

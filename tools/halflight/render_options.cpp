@@ -79,6 +79,13 @@ void add_file_options(Options& options, RenderArguments& a) {
 }
 
 void add_display_file_options(Options& options, RenderArguments& a) {
+    options.value(
+        "--png-bits", "N",
+        "bits of a channel of a .png and of what a movie is made of: 8 or 16 (default 8; 16 if the display is HDR)",
+        [&](const auto& name, const auto& text) {
+            if (text != "8" && text != "16") throw UsageError(name, "expects 8 or 16, not '{}'", text);
+            a.output.png_bits = text == "8" ? 8 : 16;
+        });
     options.value("--jpeg-quality", "N", fmt::format("quality of a .jpg, 1 to 100 (default {})", a.output.jpeg_quality),
                   [&](const auto& name, const auto& text) { a.output.jpeg_quality = whole(name, text, 1, 100); });
     options.value(
@@ -136,6 +143,9 @@ void add_run_options(Options& options, RenderArguments& a) {
             if (text != "text" && text != "json") throw UsageError(name, "expects text or json, not '{}'", text);
             a.json_progress = text == "json";
         });
+    options.flag("--watch", a.watch,
+                 "renders again whenever a file of the picture changes: scene, buffer, image, environment, settings or "
+                 "colour config. Ctrl+C ends the program");
     options.flag("--no-shader-cache", a.no_shader_cache,
                  "neither reads nor writes compiled shaders in $XDG_CACHE_HOME/halflight/programs");
     options.path("--stats", "FILE.json",
@@ -203,12 +213,8 @@ void check(const RenderArguments& a, const CLI::App& app) {
     }
     check_sequence_options(app, a);
     check_combinations(app, a.settings, occasion_of(a), a.settings_file.value_or(""));
-    if (a.settings.preview.temporal && a.frames.empty())
-        throw UsageError("--preview", "temporal reuses light of earlier frames and needs --frames");
-    for (const char* option : {"--denoise-frames", "--denoise-error"})
-        if (given(option) && !a.settings.denoise) throw UsageError(option, "needs --denoise");
-    if (!a.settings.denoise && std::ranges::find(a.settings.aovs, "denoiser") != a.settings.aovs.end())
-        throw UsageError("--aov", "the layer denoiser needs --denoise");
+    if (a.settings.keep_noisy && a.outputs.empty())
+        throw UsageError("--keep-noisy", "needs files of frames, beside which noisy frames lie");
     if (a.checkpoint && a.outputs.empty())
         throw UsageError("--checkpoint", "needs files of frames: a movie without them begins anew after a stop");
     if (a.merge) {
@@ -216,7 +222,8 @@ void check(const RenderArguments& a, const CLI::App& app) {
             throw UsageError("--sample-parts", "{}",
                              given("--sample-parts") ? "one part needs no merge; --part 1/1 renders the whole picture"
                                                      : "is missing; it is the N of --part I/N");
-        for (const char* option : {"--frames", "--turntable", "--part", "--check", "--checkpoint", "--overwrite"})
+        for (const char* option :
+             {"--frames", "--turntable", "--part", "--check", "--checkpoint", "--overwrite", "--watch", "--develop"})
             if (given(option)) throw UsageError(option, "has no meaning for halflight merge");
     }
     check_render_files(a);  // includes the files that settings name
@@ -225,14 +232,24 @@ void check(const RenderArguments& a, const CLI::App& app) {
         throw UsageError("--keep", problem);
     check_camera_options(app, a.view);
     check_optics_options(app, a);
-    const bool exr = has_exr(a);
     check_compression(a);
-    for (const char* option :
-         {"--aov", "--light-group", "--half", "--aov-names", "--exr-compression", "--exr-parts", "--exr-tiles"})
+    for (const char* option : {"--aov", "--light-group", "--half"})
+        if (given(option) && !has_exr(a)) throw UsageError(option, "needs an .exr output");
+    check_output_options(app, a);
+}
+
+}  // namespace
+
+void check_output_options(const CLI::App& app, const RenderArguments& a) {
+    const auto given = [&](const char* option) { return app.count(option) > 0; };
+    const bool exr = has_exr(a) || a.outputs.empty();
+    for (const char* option : {"--aov-names", "--exr-compression", "--exr-parts", "--exr-tiles"})
         if (given(option) && !exr) throw UsageError(option, "needs an .exr output");
     const auto has = [&](const char* extension) {
         return std::ranges::any_of(a.outputs, [&](const auto& path) { return has_extension(path, extension); });
     };
+    if (given("--png-bits") && !has("png") && !given("--movie"))
+        throw UsageError("--png-bits", "needs a .png output or --movie");
     if (given("--jpeg-quality") && !has("jpg") && !has("jpeg"))
         throw UsageError("--jpeg-quality", "needs a .jpg output");
     if (given("--tiff-type") && !has("tif") && !has("tiff")) throw UsageError("--tiff-type", "needs a .tif output");
@@ -244,7 +261,23 @@ void check(const RenderArguments& a, const CLI::App& app) {
             throw UsageError(option, "needs an output through the view transform, such as a .png, or a movie");
 }
 
-}  // namespace
+void add_output_options(Options& options, RenderArguments& a) {
+    add_color_options(options, a);
+    add_file_options(options, a);
+    add_display_file_options(options, a);
+}
+
+void add_run_basics(Options& options, RenderArguments& a) {
+    options.group("Run");
+    options.value("--device", "NAME|N", "device to denoise on; `halflight info --device` lists devices",
+                  [&](const auto&, const auto& text) { a.device = text; });
+    options.flag("--gl-debug", a.gl_debug, "lets the driver check every call and explain its errors (slower)");
+    options.flag("--no-shader-cache", a.no_shader_cache,
+                 "neither reads nor writes compiled shaders in $XDG_CACHE_HOME/halflight/programs");
+    add_memory_option(options);
+    add_threads_option(options);
+    add_log_options(options, a.log);
+}
 
 void check_files(const Paths& read, const Paths& written) {
     std::set<std::filesystem::path> inputs, outputs;
@@ -305,7 +338,7 @@ void add_render_options(CLI::App& app, RenderArguments& a) {
     for (const char* other : {"--part", "--check", "--transparent"}) options.alternatives({"--movie", other});
     for (const char* other : {"--frames", "--turntable"}) options.alternatives({other, "--frame"});
     options.alternatives({"--frames", "--dump-graph"});
-    options.alternatives({"--check", "--overwrite"});
+    for (const char* other : {"--overwrite", "--watch", "--develop"}) options.alternatives({"--check", other});
 }
 
 void finish_render_options(const CLI::App& app, RenderArguments& a) {

@@ -28,6 +28,18 @@ void add_render_options(CLI::App& app, RenderArguments& arguments);
 /// Completes and checks the arguments of a command with these options.
 void finish_render_options(const CLI::App& app, RenderArguments& arguments);
 
+/// Declares the options of files and of their colours.
+void add_output_options(Options& options, RenderArguments& arguments);
+/// Throws UsageError for options of files that no output takes.
+void check_output_options(const CLI::App& app, const RenderArguments& arguments);
+/// Declares --device, --gl-debug, --no-shader-cache, --memory, --threads and the options of messages.
+void add_run_basics(Options& options, RenderArguments& arguments);
+
+/// Declares all options of `halflight denoise`.
+void add_denoise_options(CLI::App& app, DenoiseArguments& arguments);
+/// Completes and checks its arguments.
+void finish_denoise_options(const CLI::App& app, DenoiseArguments& arguments);
+
 /// Declares all options of `halflight thumbnail`.
 void add_thumbnail_options(CLI::App& app, ThumbnailArguments& arguments);
 /// Completes and checks its arguments.

@@ -19,7 +19,7 @@ std::string counted(std::size_t frames) {
 
 }  // namespace
 
-void run_sequence(const RenderArguments& a) {
+void run_sequence(const RenderArguments& a, Watched* watched) {
     const Console console(a.log.level);
     const std::size_t frames = part_of(a.frames, a.part).size();
     if (frames == 0) {
@@ -32,13 +32,18 @@ void run_sequence(const RenderArguments& a) {
                                   .movie = a.movie,
                                   .stats = a.stats,
                                   .overwrite = a.overwrite,
+                                  .develop = a.develop,
                                   .checkpoint = a.checkpoint,
                                   .output = a.output};
     if (!a.check) check_outputs(options);
-    RendererOptions renderer{.device = device_options(a), .colors = ColorConfig::load(a.ocio), .shutter = a.shutter};
+    RendererOptions renderer{.device = device_options(a),
+                             .context = watched ? watched->context : nullptr,
+                             .colors = ColorConfig::load(a.ocio),
+                             .shutter = a.shutter};
     check_color(*renderer.colors, a, console);
     LoadedScene scene = load_scene(a, console);
     check_render_files(a, scene.files());
+    if (watched) watched->take(scene, *renderer.colors);
     const RenderSettings settings = make_settings(a, scene.chosen_camera().camera);
     if (a.check) {
         const auto bad = incomplete_frames(scene, settings, a.shutter, *renderer.colors, options, [&] {
@@ -53,25 +58,26 @@ void run_sequence(const RenderArguments& a) {
 
     Stopwatch clock;
     std::optional<SequenceDisplay> display;
+    const auto goes_on = [&] { return stop_signal() == 0 && !(watched && watched->files.changed()); };
     SequenceEvents events;
     events.started = [&](std::size_t todo) {
         display.emplace(stderr, progress_form(a.log.quiet(), a.json_progress), todo, settings.time_limit);
         clock = Stopwatch();
     };
-    events.progress = [&](std::uint32_t frame, const RenderProgress& progress) {
+    events.progress = [&](FrameNumber frame, const RenderProgress& progress) {
         display->show(frame, progress);
-        return stop_signal() == 0;
+        return goes_on();
     };
-    events.go_on = [] { return stop_signal() == 0; };
-    events.made = [&](std::uint32_t frame, std::size_t made, std::size_t failed) {
+    events.go_on = goes_on;
+    events.made = [&](FrameNumber frame, std::size_t made, std::size_t failed) {
         display->made(frame, made, failed, clock.seconds());
         console.detail("frame {} written after {:.1f} s: {} made, {} failed", frame, clock.seconds(), made, failed);
     };
-    events.failed = [&](std::uint32_t frame, const std::string& error) {
+    events.failed = [&](FrameNumber frame, const std::string& error) {
         display->clear();
         console.detail("frame {} failed: {}", frame, error);
     };
-    events.found = [&](std::uint32_t frame, std::size_t found) { display->found(frame, found, clock.seconds()); };
+    events.found = [&](FrameNumber frame, std::size_t found) { display->found(frame, found, clock.seconds()); };
     events.writing = [](const std::function<void()>& write) {
         const WritingFiles writing;
         write();
@@ -79,6 +85,7 @@ void run_sequence(const RenderArguments& a) {
     const SequenceTally tally = render_sequence(scene, settings, renderer, options, events, console);
     display.reset();
     const std::string name = (a.outputs.empty() ? *a.movie : a.outputs[0]).string();
+    if (tally.stopped_in && stop_signal() == 0) throw FilesChanged();
     if (tally.stopped_in)
         throw Interrupted(stop_signal(), name,
                           a.outputs.empty() ? fmt::format("not written: interrupted in frame {}", *tally.stopped_in)

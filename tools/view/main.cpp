@@ -24,7 +24,10 @@ int main(int argc, char** argv) {
         if (const auto* preview = std::get_if<PreviewArguments>(&arguments)) {
             if (preview->log.file) open_log(*preview->log.file);
             gpu::prepare_process();
-            view::Viewer(*preview).run();
+            const auto reread = [&] {
+                return std::get<PreviewArguments>(parse_view_arguments(static_cast<int>(words.size()), words.data()));
+            };
+            view::Viewer(*preview, reread).run();
             check_log();
         }
         if (const int signal = stop_signal()) return 128 + signal;

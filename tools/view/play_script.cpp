@@ -31,7 +31,8 @@ RenderSettings settings_with(const char* name, const std::string& value) {
 
 /// Returns whether a command may read a file or pose the scene, so that the script waits for it.
 bool opens(const std::string& command) {
-    constexpr std::string_view kAll[] = {"open", "animation", "frame", "environment", "variant", "undo", "redo"};
+    constexpr std::string_view kAll[] = {"open",    "animation", "frame", "environment",
+                                         "variant", "undo",      "redo",  "reload"};
     return std::ranges::find(kAll, command) != std::end(kAll);
 }
 
@@ -59,6 +60,7 @@ void Viewer::step_script() {
             throw Error(fmt::format("{}:{}", arguments_.script->string(), command.line), error.what());
         }
         if (!opening_.valid()) edit_history_.record(session_.document(), false);
+        if (std::exchange(takes_settings_, false)) edit_history_.mark_saved(session_.document());
         view_history_.settle(session_.view());
         ++next_command_;
         frames_due_ = std::max(frames_due_, 1);
@@ -86,6 +88,11 @@ bool Viewer::wait_done(const Command& command) {
 /// Returns whether the command has finished; the first call starts it.
 bool Viewer::open_done(const Command& command) {
     if (thread_.status().ended) throw Error("", thread_.status().error);
+    if (command.name == "reload" && !script_opens_) {
+        if (!arguments_.watch) throw Error("reload", "needs --watch");
+        script_opens_ = reload_changed();
+        return false;
+    }
     if (!std::exchange(script_opens_, true)) {
         const Timeline& t = session_.timeline();
         if (command.name == "open")
@@ -99,7 +106,7 @@ bool Viewer::open_done(const Command& command) {
         else if (command.name == "animation")
             next_pose_ = {command.words[0], 0};
         else
-            next_pose_ = {t.animation, static_cast<std::uint32_t>(command.numbers[0])};
+            next_pose_ = {t.animation, static_cast<FrameNumber>(command.numbers[0])};
         open_next();
     }
     if (!finish_opening()) return false;

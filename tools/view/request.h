@@ -38,7 +38,7 @@ struct Request {
     std::shared_ptr<const paging::PageSource> pages{};  // geometry of scenes in pages; null: the scenes have it
     std::size_t pool_bytes = 0;                         // memory for pages; 0: half of what the budget has left
     SceneEdits edits;
-    std::uint32_t frame = 0;  // FrameSettings::frame
+    FrameNumber frame = 0;  // FrameSettings::frame
     Camera camera;
     ivec2 size{0};  // size of the picture, pixels
     // Pixels that take samples after the first whole picture; none: all of them.

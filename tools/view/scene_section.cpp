@@ -18,9 +18,9 @@ void animation(const Timeline& t, PanelContext& c) {
     std::string chosen = t.animation;
     if (choose("Animation", chosen, all, "animation that moves the scene")) c.requests.frame = {chosen, 0};
     if (t.playing.empty()) return;
-    int frame = static_cast<int>(std::min(c.now.frame, std::uint32_t{1} << 24));
+    int frame = static_cast<int>(std::clamp(c.now.frame, FrameNumber{0}, FrameNumber{1} << 24));
     if (slider("Frame", frame, 0, static_cast<int>(t.last), "frame of the animation"))
-        c.requests.frame = {t.animation, static_cast<std::uint32_t>(frame)};
+        c.requests.frame = {t.animation, frame};
     bool play = c.now.playing;
     if (checkbox("Play (Space)", play, "plays the animation in a loop; late frames are left out"))
         c.requests.play = play;

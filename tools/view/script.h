@@ -61,6 +61,7 @@
 //     bookmark NAME            stores the camera
 //     recall NAME              restores the camera
 //     open FILE                opens a scene or an environment and waits until it is loaded
+//     reload                   waits until files have changed on disk, and loads them (--watch)
 //     screenshot FILE          the picture: .png as displayed, .exr linear
 //     window FILE.png          the whole window, including panels if they are shown (key H)
 //     save                     saves the settings

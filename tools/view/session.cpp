@@ -32,6 +32,23 @@ SavedSettings Session::document() const {
     return document;
 }
 
+SavedSettings Session::document(const PreviewArguments& a) const {
+    check_edits(a.choice.edits, *scene_, *tree_, a.choice.edits_source);
+    SavedSettings other = document();
+    other.edits = a.choice.edits;
+    other.settings.view = a.settings.view;
+    other.settings.samples = a.settings.samples;
+    if (a.settings.bounces) other.settings.bounces = a.settings.bounces;
+    other.settings.preview = a.settings.preview;
+    other.settings.clamp = a.settings.clamp;
+    other.settings.backfaces = a.settings.backfaces;
+    other.settings.denoise = a.settings.denoise;
+    other.bookmarks = a.bookmarks;
+    other.variant = a.choice.variant;
+    other.environment = a.choice.environment;
+    return other;
+}
+
 std::optional<std::function<Session::Opened()>> Session::restore(const SavedSettings& document) {
     edits = document.edits;
     transform = document.settings.view;
@@ -123,7 +140,9 @@ std::vector<Instance> Session::moved_instances(const Scene& scene, const SceneTr
     frame.lights = scene.lights;
     for (const Mesh& mesh : scene.meshes) frame.meshes.emplace_back().name = mesh.name;
     try {
-        apply(surface_edits(edits), frame, tree);
+        SceneEdits moves = surface_edits(edits);
+        moves.ground = false;  // nothing to pick
+        apply(moves, frame, tree);
     } catch (const Error&) {
         return scene.instances;
     }
@@ -335,7 +354,7 @@ SavedSettings Session::saved(const ivec2& size) const {
     if (scene_->environment.name == halflight::name(SkyPreset::neutral))
         s.light_azimuth = arguments_.choice.light_azimuth;
     s.edits = edits;
-    if (!timeline_.playing.empty() || timeline_.frame > 0)
+    if (!timeline_.playing.empty() || timeline_.frame != 0)
         s.moment = {{timeline_.animation, timeline_.frame, timeline_.rate}};
     s.bookmarks = bookmarks;
     return s;

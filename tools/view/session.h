@@ -28,14 +28,14 @@ struct Timeline {
     std::string animation = "none";         // animation that plays: a value of --animation
     std::vector<std::size_t> playing{};     // indices of the animations that play
     FrameRate rate{};
-    std::uint32_t frame = 0;        // number of the frame shown
-    std::uint32_t last = 0;         // number of the last frame, from last_frame()
+    FrameNumber frame = 0;          // number of the frame shown
+    FrameNumber last = 0;           // number of the last frame, from last_frame()
     std::vector<Camera> cameras{};  // the scene's cameras at that frame
 };
 /// Returns the value of --animation for each animation: its name, or its number if the name is empty or ambiguous.
 std::vector<std::string> titles(const std::vector<Animation>& animations);
 /// Returns the last frame that is no later than `end` seconds, with a tolerance of 10^-3 frames; at most 10^6.
-std::uint32_t last_frame(double end, const FrameRate& rate);
+FrameNumber last_frame(double end, const FrameRate& rate);
 
 /// Texts by which edits find the objects of a scene, one for each object (references_to()).
 struct ObjectReferences {
@@ -162,8 +162,11 @@ class Session {
             CameraPose pose;
             std::optional<std::size_t> camera;
         };
-        std::optional<Start> start;  // camera of a new scene; none: only pose or environment are new
-        std::string warning{};       // entries of the settings file that were left out; empty: none
+        std::optional<Start> start;          // camera of a new scene; none: only pose or environment are new
+        std::string warning{};               // entries of the settings file that were left out; empty: none
+        std::vector<VersionedFile> files{};  // files that the scene was read from
+        VersionedFile environment_file{};    // environment map; without a path: there is none
+        bool again = false;                  // the scene was open already, and its files have changed
     };
     /// Returns a function that reads a file, on any thread. The call and the function throw Error.
     std::function<Opened()> opening(const std::filesystem::path& path) const;
@@ -172,16 +175,23 @@ class Session {
     /// Returns a function that loads the scene with another material variant ("": the file's own materials), on any
     /// thread. Camera and settings stay. The function throws Error for unknown variants.
     std::function<Opened()> dressing(const std::string& variant) const;
+    /// Returns a function that loads the scene anew, on any thread. Camera, settings and edits stay. Edits that no
+    /// longer suit the scene are left out, with a warning. The function throws Error if the scene cannot be loaded.
+    std::function<Opened()> reloading() const;
+    /// Returns the files of scene and environment, as they were read.
+    std::vector<VersionedFile> files() const;
     const EnvironmentChoice& environment() const { return arguments_.choice.environment; }
     const std::string& variant() const { return arguments_.choice.variant; }
     const std::vector<std::string>& variants() const { return variants_; }
     /// Returns what undo and redo restore: the settings to save, without camera, size and frame.
     SavedSettings document() const;
+    /// Returns the document that these arguments make of the current scene. Throws Error if their edits do not suit it.
+    SavedSettings document(const PreviewArguments& arguments) const;
     /// Restores a document. Returns a function like lighting() and dressing() if environment or variant change.
     std::optional<std::function<Opened()>> restore(const SavedSettings& document);
     /// Returns a function that poses the scene at a frame of an animation, on any thread. Throws Error without
     /// animations. The function throws Error for an unknown animation or an invalid pose.
-    std::function<Opened()> posing(const std::string& animation, std::uint32_t frame) const;
+    std::function<Opened()> posing(const std::string& animation, FrameNumber frame) const;
     /// Replaces the scene. A new scene brings its own camera and settings; a new pose or environment keeps them.
     void open(Opened opened);
 
@@ -228,8 +238,12 @@ class Session {
     std::string description() const;
 
     std::filesystem::path settings_file() const;
+    /// Returns the settings file as it was read, or saved here.
+    const VersionedFile& settings_version() const { return arguments_.settings_version; }
+    void set_settings_version(const VersionedFile& file) { arguments_.settings_version = file; }
     /// Returns whether another program has written the settings file since it was read, or saved here.
     bool settings_changed() const;
+    void set_colors(ColorConfig colors) { colors_ = std::move(colors); }
     void note_saved(const std::filesystem::path& file);  ///< Makes the file, which has been saved, the settings file.
     /// Returns the settings to save. size: size of the picture, pixels; {0, 0} (a minimised window) is not saved.
     SavedSettings saved(const ivec2& size) const;
@@ -253,6 +267,9 @@ class Session {
     /// Finds the references of the current scene. With the same scene in another pose or environment, edits of lights
     /// that the earlier environment had are removed.
     void find_references(bool other_scene);
+    /// Sets cameras and selection to those of the same names after the scene was loaded anew. before: references() of
+    /// the earlier scene.
+    void find_again(const ObjectReferences& before);
     Opened now() const;  ///< Returns the current scene, for a caller that changes parts of it.
     /// Copies the lens of a scene's camera into the session, unless the user has set a lens.
     void take_lens(const Camera& camera);
@@ -270,6 +287,8 @@ class Session {
     std::shared_ptr<const Environment> own_environment_;
     bool lit_elsewhere_ = false;
     std::vector<std::string> variants_;
+    std::vector<VersionedFile> files_;
+    VersionedFile environment_file_;
     ObjectReferences references_;
     std::shared_ptr<const paging::PageSource> pages_;
     Timeline timeline_;

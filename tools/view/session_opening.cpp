@@ -16,6 +16,12 @@
 namespace halflight::view {
 namespace {
 
+/// Returns the environment map of the arguments as it is now; without one, a file without a path.
+VersionedFile environment_file(const PreviewArguments& a) {
+    const auto* map = std::get_if<std::filesystem::path>(&a.choice.environment);
+    return map ? versioned(*map) : VersionedFile();
+}
+
 /// Opens the scene's file and returns the timeline of its animations. Throws Error.
 Timeline timeline_of(const PreviewArguments& a, const Console& console) {
     Timeline t;
@@ -63,14 +69,14 @@ void take_reference(Session::Opened& o, const Scene& images, const Console& cons
 }
 
 /// Poses scene and cameras at a frame. The scene is that of the reference if the animation drives cameras only.
-void take_frame(Session::Opened& o, std::uint32_t frame) {
+void take_frame(Session::Opened& o, FrameNumber frame) {
     Timeline& t = o.timeline;
     t.frame = frame;
     const auto before = o.scene;
     o.scene = o.reference;
     o.tree = o.reference_tree;
     t.cameras = o.reference->cameras;
-    if (frame > 0 && !t.playing.empty()) {
+    if (frame != 0 && !t.playing.empty()) {
         const double seconds = t.rate.seconds(frame);
         t.cameras = t.file->cameras_at(seconds);
         if (t.file->surfaces_move()) {
@@ -93,6 +99,7 @@ void load_whole(Session::Opened& opened, const Console& console) {
     for (const std::string& warning : rest.report.warnings) console.warn("{}", warning);
     take_reference(opened, rest, console);
     opened.variants = timeline.file->gltf().variants();
+    opened.files = timeline.file->gltf().files();
     take_frame(opened, a.settings.frame);
     if (timeline.animations.empty()) timeline.file.reset();
 }
@@ -109,6 +116,7 @@ void load_pages(Session::Opened& opened, const Console& console) {
     opened.reference = opened.scene = std::make_shared<const Scene>(loaded.scene());
     fix_light(opened.arguments, *opened.reference);
     opened.pages = loaded.pages();
+    opened.files = loaded.files();
     opened.own_environment = loaded.own_environment();
     opened.lit_elsewhere = loaded.lit_elsewhere();
     opened.picker = std::make_shared<const Picker>(opened.pages ? std::make_shared<const Scene>() : opened.scene);
@@ -129,11 +137,11 @@ std::vector<std::string> titles(const std::vector<Animation>& animations) {
     return all;
 }
 
-std::uint32_t last_frame(double end, const FrameRate& rate) {
+FrameNumber last_frame(double end, const FrameRate& rate) {
     constexpr double kRounding = 1e-3;  // tolerance, frames, since files store times as floats
     constexpr double kMost = 1e6;
     const double frames = std::floor(end * rate.numerator / rate.denominator + kRounding);
-    return static_cast<std::uint32_t>(std::clamp(frames, 0.0, kMost));
+    return static_cast<FrameNumber>(std::clamp(frames, 0.0, kMost));
 }
 
 std::function<Session::Opened()> Session::starting(const PreviewArguments& arguments, const ColorConfig& colors) {
@@ -161,6 +169,7 @@ Session::Opened Session::load_with_settings(PreviewArguments a, const ColorConfi
 Session::Opened Session::load(const PreviewArguments& a, const ColorConfig& colors, const Console& console) {
     Opened opened;
     opened.arguments = a;
+    opened.environment_file = environment_file(a);
     colors.view(a.settings.view);  // throws for an unknown view transform
     load_whole_or_paged(
         a.choice, [&] { load_whole(opened, console); }, [&] { load_pages(opened, console); });
@@ -209,6 +218,7 @@ std::function<Session::Opened()> Session::opening(const std::filesystem::path& p
 std::function<Session::Opened()> Session::lighting(const EnvironmentChoice& environment) const {
     Opened opened = now();
     opened.arguments.choice.environment = environment;
+    opened.environment_file = environment_file(opened.arguments);
     return [opened, console = console_]() mutable {
         Timeline& timeline = opened.timeline;
         if (timeline.file) timeline.file->play(timeline.animation, Log());  // posing() may have failed for another one
@@ -239,7 +249,41 @@ std::function<Session::Opened()> Session::dressing(const std::string& variant) c
     };
 }
 
-std::function<Session::Opened()> Session::posing(const std::string& animation, std::uint32_t frame) const {
+std::function<Session::Opened()> Session::reloading() const {
+    PreviewArguments a = now().arguments;
+    a.choice.animation = timeline_.animation;
+    a.settings.frame = timeline_.frame;
+    a.view = {};
+    a.view.pose = pose_;
+    a.settings.view.camera.lens = {};  // the session keeps its own
+    // What does not suit the new scene is left out as if it came from a settings file.
+    auto source = std::make_shared<PreviewArguments::Source>();
+    source->path = file_;
+    source->text = settings_text(saved({0, 0}), settings_file().parent_path());
+    source->with = [a](const SavedSettings& settings) {
+        PreviewArguments with = a;
+        with.choice.edits = settings.edits;
+        with.choice.variant = settings.variant;
+        with.choice.environment = settings.environment;
+        with.choice.animation = settings.moment ? settings.moment->animation : "none";
+        return with;
+    };
+    a.settings_source = std::move(source);
+    return [a, colors = colors_, console = console_] {
+        Opened opened = load_with_settings(a, colors, console);
+        opened.start.reset();
+        opened.again = true;
+        return opened;
+    };
+}
+
+std::vector<VersionedFile> Session::files() const {
+    std::vector<VersionedFile> all = files_;
+    if (!environment_file_.path.empty()) all.push_back(environment_file_);
+    return all;
+}
+
+std::function<Session::Opened()> Session::posing(const std::string& animation, FrameNumber frame) const {
     if (!timeline_.file) throw Error(file_.string(), "has no animations");
     return [opened = now(), animation, frame, console = console_]() mutable {
         Timeline& timeline = opened.timeline;
@@ -271,14 +315,20 @@ Session::Opened Session::now() const {
             timeline_,
             picker_,
             diagonal_,
-            {}};
+            {},
+            {},
+            files_,
+            environment_file_};
 }
 
 void Session::open(Opened opened) {
     if (!opened.start) {  // the settings may have been saved meanwhile
         opened.arguments.settings_file = arguments_.settings_file;
         opened.arguments.settings_version = arguments_.settings_version;
+        opened.arguments.settings_source = arguments_.settings_source;
     }
+    const bool left_out = opened.again && !opened.warning.empty();
+    const ObjectReferences before = opened.again ? references_ : ObjectReferences();
     arguments_ = std::move(opened.arguments);
     file_ = arguments_.choice.scene;
     reference_ = std::move(opened.reference), scene_ = std::move(opened.scene), picker_ = std::move(opened.picker);
@@ -290,10 +340,13 @@ void Session::open(Opened opened) {
     pages_ = std::move(opened.pages);
     timeline_ = std::move(opened.timeline);
     diagonal_ = opened.diagonal;
-    if (opened.start) edits = arguments_.choice.edits, selection = {}, region.reset(), switched_off = {};
-    find_references(opened.start.has_value());
+    files_ = std::move(opened.files), environment_file_ = std::move(opened.environment_file);
+    if (opened.start || left_out) edits = arguments_.choice.edits;
+    if (opened.start) selection = {}, region.reset(), switched_off = {};
+    find_references(opened.start || opened.again);
+    if (opened.again) find_again(before);
+    if (opened.start || opened.again) warning_ = std::move(opened.warning);
     if (!opened.start) return follow_camera();
-    warning_ = std::move(opened.warning);
     pose_ = first_pose_ = opened.start->pose;
     scene_camera_ = first_camera_ = opened.start->camera;
     transform = arguments_.settings.view;

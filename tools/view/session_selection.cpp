@@ -62,6 +62,34 @@ void Session::find_references(bool other_scene) {
     if (selection.kind == ObjectKind::light && selection.index >= references_.lights.size()) selection = {};
 }
 
+void Session::find_again(const ObjectReferences& before) {
+    const auto moved = [](const std::vector<std::string>& from, const std::vector<std::string>& to,
+                          std::size_t index) -> std::optional<std::size_t> {
+        const auto found = index < from.size() ? std::ranges::find(to, from[index]) : to.end();
+        return found == to.end() ? std::nullopt : std::optional(static_cast<std::size_t>(found - to.begin()));
+    };
+    for (std::optional<std::size_t>* const camera : {&scene_camera_, &first_camera_})
+        if (*camera) *camera = moved(before.cameras, references_.cameras, **camera);
+    if (scene_camera_) {
+        take_lens(camera());
+        pose_ = pose_of(camera(), glm::length(pose_.at - pose_.from));
+    }
+    if (first_camera_)
+        first_pose_ = pose_of(timeline_.cameras[*first_camera_], glm::length(first_pose_.at - first_pose_.from));
+    using List = std::vector<std::string> ObjectReferences::*;
+    for (const auto& [kind, list] :
+         std::initializer_list<std::pair<ObjectKind, List>>{{ObjectKind::node, &ObjectReferences::nodes},
+                                                            {ObjectKind::mesh, &ObjectReferences::meshes},
+                                                            {ObjectKind::light, &ObjectReferences::lights},
+                                                            {ObjectKind::material, &ObjectReferences::materials},
+                                                            {ObjectKind::camera, &ObjectReferences::cameras}}) {
+        if (selection.kind != kind) continue;
+        const auto index = moved(before.*list, references_.*list, selection.index);
+        selection = index ? Selection{kind, *index} : Selection();
+        return;
+    }
+}
+
 Scene Session::edited_values() const {
     Scene values;
     values.name = scene_->name;
@@ -73,6 +101,7 @@ Scene Session::edited_values() const {
     part.transforms.clear();
     part.hidden.clear();
     part.catchers.clear();
+    part.ground = false;
     const std::vector<bool> lit = movable_nodes(values, *tree_);  // nodes that move lights; others change no values
     try {
         std::erase_if(part.nodes, [&](const NamedEdit<NodeEdit>& edit) {

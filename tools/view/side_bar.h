@@ -44,7 +44,7 @@ struct PanelState {
     ComparisonMode comparison = ComparisonMode::split;
     bool picking = false;                   // the next click in the picture focuses the lens
     bool playing = false;                   // the animation is playing
-    std::uint32_t frame = 0;                // frame of the animation that is shown or requested
+    FrameNumber frame = 0;                  // frame of the animation that is shown or requested
     ivec2 size{0};                          // size of the picture, pixels
     bool fills_window = false;              // whether resizing the window changes that size
     std::function<bool(Action)> available;  // returns whether an action would have an effect
@@ -56,7 +56,7 @@ struct PanelRequests {
     std::optional<CameraPose> pose{};  // camera pose to move to
     struct FrameRequest {
         std::string animation;
-        std::uint32_t frame;
+        FrameNumber frame;
     };
     std::optional<FrameRequest> frame{};  // frame to show
     std::optional<bool> play{};

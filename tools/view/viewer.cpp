@@ -49,8 +49,9 @@ RenderThread::Options thread_options(const PreviewArguments& a) {
 
 }  // namespace
 
-Viewer::Viewer(const PreviewArguments& arguments)
+Viewer::Viewer(const PreviewArguments& arguments, Reread reread)
     : arguments_(arguments),
+      reread_(std::move(reread)),
       script_(script_of(arguments)),
       panels_shown_(!scripted()),
       colors_(ColorConfig::load(arguments.ocio)),
@@ -68,6 +69,8 @@ Viewer::Viewer(const PreviewArguments& arguments)
     edit_history_.start(session_.document());
     view_history_.start(session_.view());
     navigation_.suit(session_);
+    named_ = std::exchange(finding_, {});
+    watch_files();
     if (!scripted()) window_size_ = {0, 0};  // a picture that fills the window takes its size from the first frame on
     tell_of_settings();
     if (gui_.has_font()) return;
@@ -87,7 +90,8 @@ void Viewer::tell_of_settings() {
 Session::Opened Viewer::load_first() {
     window_.resize(window_size(picture_size_, panels_shown_ ? gui_.parts() : Parts(), window_.largest()));
     window_size_ = window_.framebuffer_size();
-    std::packaged_task<Session::Opened()> task(Session::starting(arguments_, colors_));
+    std::packaged_task<Session::Opened()> task(
+        finding_files(arguments_.choice.scene, Session::starting(arguments_, colors_)));
     std::future<Session::Opened> result = task.get_future();
     std::jthread loader([task = std::move(task)]() mutable {
         task();
@@ -411,6 +415,7 @@ std::vector<std::string> Viewer::notices() const {
     const RenderThread::Status status = thread_.status();
     for (const std::string& error : {status.error, status.shader_error})
         if (!error.empty()) lines.push_back(error);
+    for (const auto& [what, why] : outdated_) lines.push_back(why);
     return lines;
 }
 

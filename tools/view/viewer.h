@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "tools/cli/file_watch.h"
 #include "tools/view/bars.h"
 #include "tools/view/clock.h"
 #include "tools/view/display.h"
@@ -33,8 +34,10 @@ namespace halflight::view {
 
 class Viewer {
   public:
+    using Reread = std::function<PreviewArguments()>;
     /// Opens the window, which shows the progress while the scene is loaded. Throws Error, also for an invalid script.
-    explicit Viewer(const PreviewArguments& arguments);
+    /// reread: parses the command line anew, with the settings file as it is now, for --watch.
+    explicit Viewer(const PreviewArguments& arguments, Reread reread = {});
 
     /// Runs until the window is closed, a signal asks to stop, or the script ends. Throws Error "SCRIPT:LINE: what"
     /// if a line fails, or if the window is closed before it.
@@ -73,7 +76,20 @@ class Viewer {
     bool finish_opening();  // Returns whether nothing is waiting or being opened.
     void set_playing(bool on);
     void advance_playback();  // Requests the frame that is due, once the previous one is visible.
-    std::uint32_t next_frame() const;
+    FrameNumber next_frame() const;
+
+    // The following functions are defined in viewer_reload.cpp.
+
+    /// Adds to an opening that it finds the files that the scene names, before it reads them.
+    std::function<Session::Opened()> finding_files(const std::filesystem::path& scene,
+                                                   std::function<Session::Opened()> opening);
+    void watch_files();  // Watches the files of the open scene.
+    /// Loads what has changed on disk. Returns whether something has.
+    bool reload_changed();
+    void take_colors();
+    void take_settings_file();
+    /// Tells that files on disk cannot be used, so that the picture shows earlier ones. what: key of `outdated_`.
+    void tell_outdated(const std::string& what, const std::string& why);
 
     // The following functions are defined in viewer_region.cpp.
 
@@ -163,6 +179,13 @@ class Viewer {
     void attempt(const F& f);
 
     PreviewArguments arguments_;
+    Reread reread_;
+    FileWatch watch_;                              // files of the picture
+    std::shared_ptr<const FileWatch> named_;       // files that the scene names
+    std::shared_ptr<const FileWatch> finding_;     // the same of the scene that is being opened
+    bool reloading_ = false;                       // the opening loads the scene anew
+    bool takes_settings_ = false;                  // the opening takes the settings file
+    std::map<std::string, std::string> outdated_;  // why "scene", "settings" or "colours" on disk are not used
     std::vector<Command> script_;
     std::size_t next_command_ = 0;
     bool input_seen_end_ = false;        // the file that ends real input is there
@@ -218,7 +241,7 @@ class Viewer {
     std::future<Session::Opened> opening_;  // result of the opening; valid while something is being opened
     struct Play {
         double since;         // start time of the playback, seconds
-        std::uint32_t first;  // frame shown at that time
+        FrameNumber first;  // frame shown at that time
     };
     std::optional<Play> play_;
     std::optional<std::string> comparison_;  // description of picture B

@@ -413,6 +413,7 @@ void Viewer::report_files() {
             if (result.error.empty()) {
                 edit_history_.mark_saved(saved.state);
                 session_.note_saved(saved.file);
+                watch_.replace(session_.settings_version());
             }
         }
         if (result.error.empty())

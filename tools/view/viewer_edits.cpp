@@ -57,6 +57,7 @@ void Viewer::undo_waiting() {
 void Viewer::record_edits() {
     if (opening_.valid() || next_change_) return;  // environment or variant change when it ends
     edit_history_.record(session_.document(), gizmo_.dragging() || ImGui::IsAnyItemActive());
+    if (std::exchange(takes_settings_, false)) edit_history_.mark_saved(session_.document());
 }
 
 bool Viewer::may_lose_edits(const std::string& what, std::function<void()> f) {

@@ -40,8 +40,11 @@ void Viewer::open_next() {
         const bool scene = has_extension(path, "glb") || has_extension(path, "gltf");
         if (scene && !may_lose_edits("another scene is opened", [this, path] { to_open_.push_front(path); })) return;
         opening_name_ = path.filename().string();
-        attempt(
-            [&] { start_opening(fmt::format("loading {}", path.filename().string()), session_.opening(path), true); });
+        attempt([&] {
+            auto opening = session_.opening(path);
+            start_opening(fmt::format("loading {}", path.filename().string()),
+                          scene ? finding_files(path, std::move(opening)) : std::move(opening), true);
+        });
         return;
     }
     if (next_change_) {
@@ -49,6 +52,7 @@ void Viewer::open_next() {
         const auto change = std::exchange(next_change_, {});
         return attempt([&] { change(); });
     }
+    if (takes_input() && reload_changed() && opening_.valid()) return;
     opening_pose_ = std::exchange(next_pose_, {});
     const Timeline& t = session_.timeline();
     if (!opening_pose_ || (opening_pose_->animation == t.animation && opening_pose_->frame == t.frame))
@@ -67,8 +71,23 @@ bool Viewer::finish_opening() {
         const bool pose_only = std::exchange(opening_pose_, {}).has_value();
         const bool plays = pose_only && std::exchange(plays_next_, false);  // also ends if opening fails
         const std::optional<Play> going_on = std::exchange(play_, {});      // restored unless opening fails
+        const bool reloads = std::exchange(reloading_, false);
+        const std::shared_ptr<const FileWatch> found = std::exchange(finding_, {});
+        const auto opened_result = [&] {
+            if (!reloads) return std::optional(opening_.get());
+            try {
+                return std::optional(opening_.get());
+            } catch (const std::exception& error) {  // a file that is being written ends no script
+                play_ = going_on;
+                watch_.add(*found);
+                tell_outdated("scene", error.what());
+                return std::optional<Session::Opened>();
+            }
+        };
         attempt([&] {
-            Session::Opened opened = opening_.get();
+            std::optional<Session::Opened> result = opened_result();
+            if (!result) return;
+            Session::Opened& opened = *result;
             if (opened.start)
                 next_pose_.reset();  // drops a frame request for the previous file
             else
@@ -76,9 +95,21 @@ bool Viewer::finish_opening() {
             plays_next_ &= next_pose_.has_value();
             pose_pending_ = true;
             const bool other_scene = opened.start.has_value();
+            const std::vector<std::string> cameras = session_.references().cameras;
             const EnvironmentChoice light = session_.environment();
             session_.open(std::move(opened));
+            if (found) named_ = found;
+            if (!pose_only) watch_files();
+            if (reloads) {
+                outdated_.erase("scene");
+                first_of_scene_ = request_ + 1;
+                if (session_.references().cameras != cameras) view_history_.start(session_.view());
+                tell(session_.warning().empty() ? fmt::format("{} was loaded anew", session_.file().filename().string())
+                                                : session_.warning(),
+                     "reload");
+            }
             if (other_scene) {
+                outdated_.clear();
                 edit_history_.start(session_.document());
                 saving_.clear();  // the settings that wait to be saved belong to the scene before
                 for (const auto& [path, all_layers] : std::exchange(waiting_pictures_, {}))
@@ -110,13 +141,13 @@ void Viewer::advance_playback() {
     if (t.playing.empty() || thread_.status().failed == request_) return set_playing(false);
     if (finish_opening() && play_ && !pose_pending_) {
         const double passed = std::floor((now() - play_->since) * t.rate.numerator / t.rate.denominator);
-        const auto due = static_cast<std::uint32_t>(std::fmod(play_->first + passed, t.last + 1.0));
+        const auto due = static_cast<FrameNumber>(std::fmod(std::max<double>(play_->first, 0) + passed, t.last + 1.0));
         if (due != t.frame) next_pose_ = {t.animation, due};
     }
     open_next();
 }
 
-std::uint32_t Viewer::next_frame() const {
+FrameNumber Viewer::next_frame() const {
     return next_pose_ ? next_pose_->frame : opening_pose_ ? opening_pose_->frame : session_.timeline().frame;
 }
 

@@ -23,7 +23,7 @@ except ImportError as _error:
 from . import _native
 from ._native import Error
 
-__all__ = ["Error", "Picture", "Progress", "Renderer", "Scene", "devices", "layers", "limit_memory", "load",
+__all__ = ["Error", "Picture", "Progress", "Renderer", "Scene", "denoise", "devices", "layers", "limit_memory", "load",
            "render", "render_sequence", "settings"]
 
 Error.__module__ = "halflight"
@@ -254,6 +254,11 @@ class Scene:
         the shadows on them alone, as alpha. "node:NAME" and "mesh:NAME" select a kind. No names: nothing is one."""
         _call(self._native.set_shadow_catchers, names=list(names))
 
+    def set_ground(self, on=True, height=None):
+        """Adds a level floor below the scene, of which the camera sees only the shadows on it, or removes it. height, in
+        metres, replaces that of the lowest point of the unedited surfaces at 0 s."""
+        _call(self._native.set_ground, on=on, height=height)
+
     def set_light_groups(self, groups=None):
         """Groups lights, whose light gets the layers "light_NAME" of pictures: set_light_groups({"key": ["sun", "lamp*"]}).
 
@@ -362,7 +367,7 @@ def _options(device="", shader_cache=True, ocio=None, shutter=0, shutter_times=N
 
 
 def _output(working_space="", reproducible=False, strict=False, best_effort=False, exr_compression="zip",
-            exr_parts=False, exr_tiles=0, jpeg_quality=92, tiff_type="16"):
+            exr_parts=False, exr_tiles=0, png_bits=0, jpeg_quality=92, tiff_type="16"):
     tiff_type = str(tiff_type)
     return _call(_native.OutputOptions, **locals())
 
@@ -383,7 +388,7 @@ class Renderer:
       pictures  upper limit of the pictures that will be rendered; 0: unknown. It decides what is worth measuring.
       settings  those of halflight.settings(), and the options device, shader_cache, ocio (path of a colour config),
                 shutter, shutter_times, shutter_position and shutter_ramp (motion blur), working_space, reproducible, strict, best_effort,
-                exr_compression, exr_parts, exr_tiles, jpeg_quality and tiff_type of ``halflight render``
+                exr_compression, exr_parts, exr_tiles, png_bits, jpeg_quality and tiff_type of ``halflight render``
 
     Edits and camera changes of the scene hold from the next picture on."""
 
@@ -424,14 +429,15 @@ def render(scene, frame=None, layers="all", progress=None, **settings):
     return Renderer(scene, layers, pictures=1, **settings).render(frame, progress)
 
 
-def render_sequence(scene, outputs, frames, layers="all", movie=None, stats=None, overwrite=False, progress=None,
-                    **settings):
+def render_sequence(scene, outputs, frames, layers="all", movie=None, stats=None, overwrite=False, develop=False,
+                    progress=None, **settings):
     """Renders frames to numbered files, as ``halflight render --frames`` does. Existing frames are kept.
 
       outputs   one or more paths, such as .exr or .png, with a placeholder for the number: "shot.####.exr", "shot.%04d.png"
       frames    frame numbers, or a text like "1-240x2"
       movie     path of an .mp4 or .mov of all frames; needs ffmpeg
       stats     path of a file to which a line of JSON is appended for each frame
+      develop   renders nothing: makes other pictures from the .exr of each frame
       progress  called as progress(frame, Progress); False stops the sequence
 
     Returns a dict: frames asked for, kept, made, and stopped_in, the frame in which `progress` stopped."""
@@ -443,4 +449,20 @@ def render_sequence(scene, outputs, frames, layers="all", movie=None, stats=None
     callback = None if progress is None else lambda values: progress(values[0], Progress(*values[1:]))
     return _call(_native.render_files, scene=scene._native, settings=_texts(settings, layers), options=options,
                  output=output, outputs=outputs, frames=frames, movie=movie, stats=stats, overwrite=overwrite,
-                 progress=callback, log=_log)
+                 develop=develop, progress=callback, log=_log)
+
+
+def denoise(frames, outputs=(), near=None, overwrite=False, progress=None, **settings):
+    """Makes denoised pictures of noisy frames that keep_noisy=True has kept, as ``halflight denoise`` does.
+
+      frames    one or more paths: noisy frames, NAME.noisy.exr, or pictures beside which they lie
+      outputs   one or more paths with a placeholder for the frame number; none: NAME.denoised.exr
+      near      frames before and after each frame that are used, too; None: as many as the files are made for
+      progress  called as progress(done, all) before each frame; False stops
+
+    Further arguments are those of files and of the view, such as exposure. Returns a dict: frames, kept, made."""
+    options, output = _split(settings, _options), _split(settings, _output)
+    paths = [[p] if isinstance(p, (str, _os.PathLike)) else _items(p) for p in (frames, outputs)]
+    return _call(_native.denoise_files, frames=paths[0], outputs=paths[1], near=near,
+                 settings=_texts(settings, None), options=options, output=output, overwrite=overwrite,
+                 progress=None if progress is None else lambda counts: progress(*counts), log=_log)

@@ -33,7 +33,7 @@ void main() {
     vec3 sum = m.emission + v.diffuse * v.pdf_diffuse + v.glossy * v.pdf_glossy + d.weight + g.weight + ray.direction +
                environment_radiance(d.direction) * environment_pdf(at, g.direction);
     results[i] = vec4(sum, light_pdf(at, hit, wo, 1.0, s.geometric_normal) +
-                               (alpha_accept(i, i, i, 0.3, 0.3, ray_key(i, 1u)) ? 1.0 : 0.0));
+                               (alpha_accept(i, i, i, 0.3, 0.3, Sampler(i, 1u)) ? 1.0 : 0.0));
 }
 )";
 

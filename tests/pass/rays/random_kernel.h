@@ -10,7 +10,7 @@
 
 namespace halflight {
 
-/// GLSL code that follows shaders/lib/hash.glsl: random numbers from `state`, which the kernel sets.
+/// GLSL code that follows shaders/lib/sobol.glsl: random numbers from `state`, which the kernel sets.
 inline const std::string kRandomNumbers = R"(
 uint state;
 uint next() {

@@ -21,7 +21,7 @@ namespace {
 // Each invocation tests one instance and one bundle of rays against 64 boxes.
 const std::string kKernel = R"(
 #include "shaders/trace_scene.glsl"
-#include "shaders/lib/hash.glsl"
+#include "shaders/lib/sobol.glsl"
 #include "shaders/lib/traverse.glsl"
 #include "shaders/lib/chord.glsl"
 #include "shaders/lib/block_boxes.glsl"

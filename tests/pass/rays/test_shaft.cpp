@@ -14,7 +14,7 @@ namespace {
 const std::string kKernel = R"(
 #include "shaders/trace_scene.glsl"
 #include "shaders/shared/ray_structs.h"
-#include "shaders/lib/hash.glsl"
+#include "shaders/lib/sobol.glsl"
 #include "shaders/lib/bvh.glsl"
 #include "shaders/lib/shaft.glsl"
 #if HALFLIGHT_RASTER

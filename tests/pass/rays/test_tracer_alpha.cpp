@@ -125,16 +125,14 @@ TEST_F(TracerAlpha, BlendHitsWithProbabilityAlpha) {
     add_square(scene, 2, covering(AlphaMode::blend, 0.3f));
     add_square(scene, 1, covering(AlphaMode::blend, 0.6f));
     trace(scene, 0, 0, 4);
-    const Answers a = trace(scene), again = trace(scene), other_salt = trace(scene, 1),
-                  other_sample = trace(scene, 0, 1);
+    const Answers a = trace(scene), again = trace(scene), other_salt = trace(scene, 1);
     EXPECT_TRUE(test::bits_of(a.hits) == test::bits_of(again.hits));
-    std::size_t upper = 0, lower = 0, salted = 0, sampled = 0;
+    std::size_t upper = 0, lower = 0, salted = 0;
     for (std::size_t i = 0; i < kRays; ++i) {
         const bool hit = a.hits[i].triangle != kMiss;
         upper += hit && a.height(i) > 1.5f;
         lower += hit && a.height(i) < 1.5f;
         salted += a.hits[i].triangle != other_salt.hits[i].triangle;
-        sampled += a.hits[i].triangle != other_sample.hits[i].triangle;
     }
     const auto expect_share = [](std::size_t count, double share) {
         EXPECT_NEAR(static_cast<double>(count) / kRays, share, 5 * std::sqrt(share * (1 - share) / kRays));
@@ -144,7 +142,30 @@ TEST_F(TracerAlpha, BlendHitsWithProbabilityAlpha) {
     // Two independent results out of {upper, lower, none} differ with probability 1 - sum of squares.
     const double differ = 1 - 0.3 * 0.3 - 0.42 * 0.42 - 0.28 * 0.28;
     expect_share(salted, differ);
-    expect_share(sampled, differ);
+}
+
+TEST_F(TracerAlpha, SamplesOfAPixelAreStratified) {
+    Scene scene;
+    scene.name = "blend";
+    add_square(scene, 2, covering(AlphaMode::blend, 0.3f));
+    add_square(scene, 1, covering(AlphaMode::blend, 0.6f));
+    constexpr std::uint32_t kSamples = 8;
+    std::vector<int> upper(kRays), lower(kRays);
+    for (std::uint32_t sample = 0; sample < kSamples; ++sample) {
+        const Answers a = trace(scene, 0, sample);
+        for (std::size_t i = 0; i < kRays; ++i) {
+            if (a.hits[i].triangle == kMiss) continue;
+            ++(a.height(i) > 1.5f ? upper : lower)[i];
+        }
+    }
+    double sum = 0;
+    for (std::size_t i = 0; i < kRays; ++i) {
+        EXPECT_TRUE(upper[i] == 2 || upper[i] == 3) << i << ": 0.3 * 8 is 2.4";
+        sum += lower[i];
+    }
+    // Squares are independent: the lower one takes its share of what the upper one leaves.
+    const double share = 0.7 * 0.6;
+    EXPECT_NEAR(sum / (kRays * kSamples), share, 5 * std::sqrt(share * (1 - share) / (kRays * kSamples)));
 }
 
 TEST_F(TracerAlpha, SurfacesBehindAHitDoNotChangeIt) {

@@ -298,9 +298,9 @@ void main() {
     vec4 origin = texelFetch(rays, 2 * path);
     vec4 direction = texelFetch(rays, 2 * path + 1);
     Ray ray = Ray(origin.xyz, origin.w, direction.xyz, direction.w);
-    Hit hit = traverse(ray, 0u, false);
+    Hit hit = traverse(ray, Sampler(0u, 0u), false);
     hit_bits = uvec4(floatBitsToUint(hit.t), floatBitsToUint(hit.u), floatBitsToUint(hit.v), hit.triangle);
-    more_bits = uvec4(hit.instance, traverse(ray, 0u, true).triangle != kMiss ? 1u : 0u, 0u, 0u);
+    more_bits = uvec4(hit.instance, traverse(ray, Sampler(0u, 0u), true).triangle != kMiss ? 1u : 0u, 0u, 0u);
 }
 )");
 

@@ -235,7 +235,7 @@ colorspaces:
         RenderSettings s = settings();
         s.want_view = true;
         s.view.view = "graded";
-        const auto print = [&] { return sequence_fingerprint(scene, s, {}, config, {}, {1}); };
+        const auto print = [&] { return sequence_prints(sums_fingerprint(scene, s, {}), s, config, {}, {1}).view; };
         const std::string before = print();
         EXPECT_EQ(print(), before);
         const std::string text = read_text(folder / name);

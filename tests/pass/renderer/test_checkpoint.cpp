@@ -93,27 +93,58 @@ TEST_F(CheckpointTest, StoppedPicturesGoOnToTheSameBits) {
     }
 }
 
-// Stops are in a pilot, in a replicate, among the samples of all pixels and among those of listed blocks.
+/// A plan of samples: settings that decide who takes how many.
+struct Plan {
+    const char* name;
+    bool adaptive = false;
+    double error = 0;
+    double time = 0;
+    int parts = 1;
+    int samples = 64;
+    void set(RenderSettings& s) const {
+        s.adaptive = adaptive, s.time_limit = time, s.parts = parts, s.samples = samples;
+        if (error > 0) s.error = ErrorTarget{ErrorMetric::relmse, error};
+    }
+};
+constexpr double kNoLimit = 1e6;  // seconds, so that time decides nothing
+
+// Stops are in a pilot, in a replicate, among the samples of all pixels, among those of listed blocks, and in any part.
 TEST_F(CheckpointTest, StoppedPlansGoOnToTheSameBits) {
-    for (const bool adaptive : {false, true}) {
+    for (const Plan& plan :
+         {Plan{"error", false, 0.1, 0, 1, 256}, Plan{"adaptive", true, 0, 0, 1, 24},
+          Plan{"adaptive error", true, 0.15, 0, 1, 160}, Plan{"adaptive time", true, 0, kNoLimit, 1, 24},
+          Plan{"parts", false, 0, 0, 3, 20}, Plan{"adaptive parts", true, 0, 0, 2, 33},
+          Plan{"parts to an error", true, 0.15, 0, 2, 256}}) {
         RenderSettings s = settings(true);
-        s.samples = adaptive ? 24 : 256;
-        s.adaptive = adaptive;
-        if (!adaptive) s.error = ErrorTarget{ErrorMetric::relmse, 0.1};
+        plan.set(s);
         const RenderResult expected = whole(s);
-        for (const int calls : {3, 21, 9, 12}) {
-            SCOPED_TRACE(fmt::format("{}, {} calls", adaptive ? "adaptive" : "error", calls));
+        for (const int calls : {3, 21, 9, 12, 27}) {
+            SCOPED_TRACE(fmt::format("{}, {} calls", plan.name, calls));
             EXPECT_TRUE(render(s, calls).stats.interrupted);
         }
+        SCOPED_TRACE(plan.name);
         const RenderResult result = render(s);
         expect_same(result, expected);
         EXPECT_EQ(result.stats.samples, expected.stats.samples);
-        if (!adaptive) {
+        if (s.error) {
             EXPECT_EQ(result.stats.error->estimate.bound, expected.stats.error->estimate.bound);
         }
         expect_same(render(s, 1), expected);
         Checkpoint(path(), "cornell", 1).remove();
     }
+}
+
+// A run that is killed while it saves the bands leaves some of them at an earlier place of the plan.
+TEST_F(CheckpointTest, BandsThatAreBehindCatchUp) {
+    RenderSettings s = settings();
+    s.samples = 160, s.adaptive = true, s.error = ErrorTarget{ErrorMetric::relmse, 0.005};
+    const RenderResult expected = whole(s);
+    EXPECT_TRUE(render(s, 16 + 20).stats.interrupted);  // the pilot of four bands, then the first look
+    const std::string early = read_text(band("00016"));
+    EXPECT_TRUE(render(s, 100).stats.interrupted);
+    EXPECT_NE(read_text(band("00016")), early);
+    write_text(band("00016"), early);
+    expect_same(render(s), expected);
 }
 
 // The time that is left belongs to the next run.
@@ -264,7 +295,7 @@ TEST_F(CheckpointTest, OtherPicturesAreRefused) {
     wide.band_pixels = 48 * 32;
     expect_refusal(path(), [&] { render(wide); });
     RenderSettings to_error = settings();
-    to_error.samples = 64, to_error.error = ErrorTarget{}, to_error.adaptive = true;
+    to_error.preview.cache = true;
     EXPECT_NE(error_message([&] { render(to_error); }).find("a checkpoint cannot be combined"), std::string::npos);
     { Checkpoint fresh(path(), "room", 1, Checkpoint::Use::anew); }
     EXPECT_FALSE(std::filesystem::exists(path())) << "an empty folder stays";
@@ -303,7 +334,7 @@ class SampleParts : public CheckpointTest {
     std::filesystem::path folder_of(int part) const { return folder / fmt::format("{}", part); }
     /// Renders a part with a renderer of its own, and stops after `calls` calls of the callback; 0: does not stop.
     void render_part(const RenderSettings& s, int part, int calls = 0) {
-        render(s, settings_of_part(s, part), folder_of(part), calls);
+        render(s, settings_of_part(s, part, s.adaptive), folder_of(part), calls);
     }
     RenderResult merged(const RenderSettings& s) {
         std::list<Checkpoint> parts;
@@ -325,6 +356,28 @@ TEST_F(SampleParts, MergedPartsAreThePictureOfOneRenderer) {
         expect_same(result, expected);
         EXPECT_EQ(result.stats.samples, 11);
         for (int part = 1; part <= 4; ++part) Checkpoint(folder_of(part), "cornell", 1).remove();
+    }
+}
+
+// The noise of its own pilot and replicates decides about the samples of a part.
+TEST_F(SampleParts, PartsOfPlansAreMergedToTheSameBits) {
+    for (const Plan& plan : {Plan{"time", false, 0, kNoLimit, 2, 6}, Plan{"error", false, 0.1, 0, 2, 256},
+                             Plan{"adaptive", true, 0, 0, 3, 50}, Plan{"adaptive error", true, 0.15, 0, 2, 256},
+                             Plan{"adaptive time", true, 0, kNoLimit, 2, 32}}) {
+        SCOPED_TRACE(plan.name);
+        RenderSettings s = settings(true);
+        plan.set(s);
+        const RenderResult expected = whole(s);
+        render_part(s, 2, 20);
+        for (int part = plan.parts; part > 0; --part) render_part(s, part);
+        const RenderResult result = merged(s);
+        expect_same(result, expected);
+        EXPECT_EQ(result.stats.samples, expected.stats.samples);
+        if (s.error) {
+            EXPECT_EQ(result.stats.error->estimate.value, expected.stats.error->estimate.value);
+            EXPECT_LT(result.stats.error->estimate.value, plan.error);
+        }
+        for (int part = 1; part <= plan.parts; ++part) Checkpoint(folder_of(part), "cornell", 1).remove();
     }
 }
 
@@ -354,7 +407,7 @@ TEST_F(SampleParts, RangesCoverAllSamplesOnce) {
             s.samples = samples, s.parts = parts;
             int next = 0;
             for (int part = 1; part <= parts; ++part) {
-                const FrameSettings own = settings_of_part(s, part);
+                const FrameSettings own = settings_of_part(s, part, false);
                 EXPECT_EQ(own.first_sample, next);
                 EXPECT_EQ(own.of_samples, samples);
                 EXPECT_GE(own.samples, samples / parts);

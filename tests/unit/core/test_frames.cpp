@@ -7,7 +7,7 @@
 namespace halflight {
 namespace {
 
-using Frames = std::vector<std::uint32_t>;
+using Frames = std::vector<FrameNumber>;
 
 Frames frames(std::string_view text) {
     return parse_frames("--frames", text);
@@ -30,6 +30,10 @@ TEST(Frames, ListsAndRanges) {
         {"1,5,9-12", {1, 5, 9, 10, 11, 12}},
         {"9,1-3,2,9", {9, 1, 2, 3}},  // the order is kept, duplicates are removed
         {"1-10x4,1-4", {1, 5, 9, 2, 3, 4}},
+        {"-5", {-5}},
+        {"-5--1x2,3", {-5, -3, -1, 3}},
+        {"-2-1", {-2, -1, 0, 1}},
+        {"-2147483648", {kLeastFrame}},
         {"4294967295", {4294967295u}},
         {"4294967294-4294967295x4294967295", {4294967294u}},
         {"0-4294967295x4294967295", {0, 4294967295u}},
@@ -42,17 +46,17 @@ TEST(Frames, AnythingElseIsRefused) {
     const auto expect_refused = [](std::initializer_list<const char*> texts) {
         for (const char* text : texts) EXPECT_TRUE(refusal(text).starts_with("--frames: ")) << text;
     };
-    expect_refused({"", ",", "1,", ",1", "1,,2", " 1", "1 ", "-1", "+1", "1-", "-", "1--2", "1-2-3", "1x2", "1-2x"});
+    expect_refused({"", ",", "1,", ",1", "1,,2", " 1", "1 ", "--1", "+1", "1-", "-", "1--2", "1-2-3", "1x2", "1-2x"});
     expect_refused({"1-2x-1", "1-2X2", "1.5", "1e3", "0x10", "a", "1:2", "4294967296", "99999999999999999999"});
-    expect_refused({"9-3", "1-9x0", "0-1048576", "0-4294967295", "0-1048575,5000000"});
+    expect_refused({"9-3", "-1--3", "-2147483649", "1-9x0", "0-1048576", "0-4294967295", "0-1048575,5000000"});
     EXPECT_EQ(frames("1-1048576").size(), kMaxFrames);
     EXPECT_EQ(frames("0-4294967295x4096").size(), kMaxFrames);
 }
 
 TEST(Frames, AsText) {
     EXPECT_EQ(frames_text({}), "");
-    for (const char* text :
-         {"7", "1,2,4-6,9", "3,2,1", "1-9x2,20", "0-20x10,21,22", "1,3,8,10", "4294967293-4294967295,0-2"})
+    for (const char* text : {"7", "1,2,4-6,9", "3,2,1", "1-9x2,20", "0-20x10,21,22", "1,3,8,10",
+                             "4294967293-4294967295,0-2", "-7--5,-4--2x2,-3,-9"})
         EXPECT_EQ(frames_text(frames(text)), text);
     EXPECT_EQ(frames_text(frames("1,2,4,5,6,9")), "1,2,4-6,9");
     EXPECT_EQ(frames_of_all({9, 3, 8, 7}, 24, {}), "frames 3,7-9 (4 of 24)");
@@ -60,9 +64,9 @@ TEST(Frames, AsText) {
 }
 
 TEST(Frames, InParts) {
-    const std::vector<std::uint32_t> frames{5, 1, 9, 10, 11, 12, 2};
+    const Frames frames{5, 1, 9, 10, 11, 12, 2};
     for (const std::uint32_t of : {1u, 2u, 3u, 7u, 10u, 4294967295u}) {
-        std::vector<std::uint32_t> together;
+        Frames together;
         for (std::uint32_t i = 1; i <= std::min(of, 10u); ++i) {
             const auto part = part_of(frames, {i, of});
             EXPECT_LE(part.size(), (frames.size() + of - 1) / of);
@@ -72,7 +76,7 @@ TEST(Frames, InParts) {
             EXPECT_EQ(together, frames) << of;
         }
     }
-    EXPECT_EQ(part_of(frames, {4294967295u, 4294967295u}), (std::vector<std::uint32_t>{2}));
+    EXPECT_EQ(part_of(frames, {4294967295u, 4294967295u}), (Frames{2}));
     const ListPart part = parse_part("--part", "3/24");
     EXPECT_EQ(part.number, 3u);
     EXPECT_EQ(part.of, 24u);

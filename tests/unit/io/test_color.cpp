@@ -49,8 +49,11 @@ TEST(Color, BuiltInConfigIsValid) {
     EXPECT_NO_THROW(ocio::Config::CreateFromFile(file.c_str())->validate());
     const ColorConfig& config = built_in();
     EXPECT_EQ(config.source(), "built-in");
-    EXPECT_EQ(config.displays().size(), 3u);
+    EXPECT_EQ(config.displays().size(), 4u);
     for (const std::string& display : config.displays()) {
+        const std::optional<DisplayEncoding> encoding = config.view({display, "", "", 0}).encoding();
+        ASSERT_TRUE(encoding) << display;
+        if (encoding->is_hdr()) continue;
         EXPECT_EQ(config.views(display), (std::vector<std::string>{"ACES 1.0 - SDR Video", "Khronos PBR Neutral", "AgX",
                                                                    "Un-tone-mapped", "Raw"}));
         EXPECT_EQ(config.default_view(display), "ACES 1.0 - SDR Video");
@@ -75,6 +78,42 @@ TEST(Color, UnToneMappedIsTheDisplaysCurve) {
             EXPECT_NEAR(shown(display_p3, colour)[c], srgb_curve(in_p3[c]), 1e-4);
         }
     }
+}
+
+/// The encodings of displays are measured, whatever their names.
+TEST(Color, EncodingsOfDisplaysAreMeasured) {
+    using enum TransferCurve;
+    const TemporaryFolder folder;
+    const std::pair<const char*, std::optional<DisplayEncoding>> displays[] = {
+        {"sRGB", DisplayEncoding{1, srgb}},
+        {"REC.1886-REC.709", DisplayEncoding{1, bt1886}},
+        {"REC.1886-REC.2020", DisplayEncoding{9, bt1886}},
+        {"G2.2-REC.709", DisplayEncoding{1, gamma22}},
+        {"G2.6-P3-D65", DisplayEncoding{12, gamma26}},
+        {"G2.6-P3-DCI-BFD", DisplayEncoding{11, gamma26}},
+        {"G2.6-P3-D60-BFD", std::nullopt},
+        {"REC.2100-PQ", DisplayEncoding{9, pq}},
+        {"ST2084-P3-D65", DisplayEncoding{12, pq}},
+        {"REC.2100-HLG-1000nit", DisplayEncoding{9, hlg}}};
+    for (const auto& [style, expected] : displays) {
+        std::ofstream(folder / "one.ocio")
+            << "ocio_profile_version: 2.1\nroles: {default: ap0, aces_interchange: ap0, cie_xyz_d65_interchange: xyz}\n"
+               "displays:\n  D:\n    - !<View> {name: V, view_transform: W, display_colorspace: E}\n"
+               "view_transforms:\n  - !<ViewTransform> {name: W, from_scene_reference: !<BuiltinTransform> "
+               "{style: UTILITY - ACES-AP0_to_CIE-XYZ-D65_BFD}}\n"
+               "display_colorspaces:\n  - !<ColorSpace> {name: xyz}\n  - !<ColorSpace>\n    name: E\n"
+               "    from_display_reference: !<BuiltinTransform> {style: DISPLAY - CIE-XYZ-D65_to_"
+            << style << "}\ncolorspaces:\n  - !<ColorSpace> {name: ap0}\n";
+        const auto encoding = ColorConfig::load(folder / "one.ocio").view({"", "", "", 0}).encoding();
+        ASSERT_EQ(encoding.has_value(), expected.has_value()) << style;
+        if (!encoding) continue;
+        EXPECT_EQ(encoding->primaries, expected->primaries) << style;
+        EXPECT_EQ(encoding->curve, expected->curve) << style;
+    }
+    EXPECT_EQ(built_in().view({"Display P3", "agx", "", 0}).encoding(), (DisplayEncoding{12, srgb}));
+    EXPECT_FALSE(built_in().view({"", "Raw", "", 0}).encoding());
+    // 1 is 100 nits, whose PQ value is 0.508.
+    EXPECT_NEAR(shown(built_in().view({"rec.2100-pq", "un-tone-mapped", "", 0}), vec3(1)).y, 0.508, 1e-3);
 }
 
 TEST(Color, ExposureIsInStops) {
@@ -379,6 +418,12 @@ TEST(Color, EnvironmentVariableIsUsedOrAnError) {
         const std::string refusal = error_message([&] { ColorConfig::load(bad); });
         EXPECT_TRUE(refusal.starts_with(bad.string() + ": cannot be used")) << refusal;
     }
+#if OCIO_VERSION_HEX >= 0x02020000
+    EXPECT_GT(ColorConfig::load("ocio://default").displays().size(), 0u);
+#else
+    const std::string refusal = error_message([] { ColorConfig::load("ocio://default"); });
+    EXPECT_NE(refusal.find("exist since its version 2.2"), std::string::npos) << refusal;
+#endif
 }
 
 TEST(Color, ConfigsOfOtherProjects) {

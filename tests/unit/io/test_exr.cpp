@@ -201,12 +201,14 @@ TEST_F(Exr, FrameRatesAndTimeCodes) {
     }
     const struct {
         FrameRate rate;
-        std::uint32_t frame;
+        FrameNumber frame;
         std::optional<TimeCode> code;
     } cases[] = {{{24, 1}, 0, TimeCode{0, 0, 0, 0}},
                  {{24, 1}, 24 * 3723 + 5, TimeCode{1, 2, 3, 5}},
                  {{30, 1}, 30 * 86400 + 29, TimeCode{0, 0, 0, 29}},  // the next day
                  {{30, 1}, ~0u, TimeCode{0, 12, 56, 15}},
+                 {{24, 1}, -1, TimeCode{23, 59, 59, 23}},  // the day before
+                 {{50, 1}, -50 * 3600, TimeCode{23, 0, 0, 0}},
                  {{24000, 1001}, 24 * 3723 + 5, TimeCode{1, 2, 3, 5}},  // counted as 24
                  {{30000, 1001}, 1800, TimeCode{0, 1, 0, 0}},           // no frame is dropped
                  {{4000, 143}, 28 * 61 + 27, TimeCode{0, 1, 1, 27}},    // 28 x 1000/1001, reduced

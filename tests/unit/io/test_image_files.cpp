@@ -183,6 +183,63 @@ TEST(Png, TextDoesNotChangeThePixels) {
     EXPECT_EQ(text_of_png(marked.substr(0, 60), "IHDR"), "");
 }
 
+/// Returns the data of a chunk; empty without one.
+std::string chunk_of(const std::string& png, const char* kind) {
+    const std::size_t at = png.find(kind);
+    if (at == std::string::npos) return "";
+    std::size_t length = 0;
+    for (std::size_t i = at - 4; i < at; ++i) length = 256 * length + static_cast<unsigned char>(png[i]);
+    return png.substr(at + 4, length);
+}
+
+TEST(Png, EncodingsAreTagged) {
+    Image image(2, 1, 3);
+    image.pixels = {0, 0.25f, 1, 0.5f, 2, -1};
+    const DisplayEncoding p3{12, TransferCurve::srgb}, pq{9, TransferCurve::pq};
+    const std::string plain = encode_png("a.png", image, {}), tagged = encode_png("a.png", image, {.encoding = p3});
+    EXPECT_EQ(plain, encode_png("a.png", 2, 1, 3, quantize_8bit(image)));
+    EXPECT_EQ(chunk_of(plain, "cICP") + chunk_of(plain, "iCCP"), "");
+    EXPECT_EQ(chunk_of(tagged, "cICP"), std::string("\14\15\0\1", 4));
+    EXPECT_EQ(decode(read_png, tagged), decode(read_png, plain));
+    const std::string deep = encode_png("a.png", image, {.bits = 16, .encoding = pq});
+    EXPECT_EQ(chunk_of(deep, "cICP"), std::string("\11\20\0\1", 4));
+    EXPECT_EQ(chunk_of(deep, "iCCP"), "");
+    const Image read = read_png("a.png", deep, 9);
+    for (std::size_t i = 0; i < 6; ++i)
+        EXPECT_NEAR(read.pixels[i], std::clamp(image.pixels[i], 0.0f, 1.0f), 0.5 / 65535) << i;
+}
+
+/// libpng takes only profiles whose header and table are right, and says what it takes.
+TEST(Png, ProfilesAreValid) {
+    Image image(1, 1, 3);
+    for (const std::uint8_t primaries : {1, 9, 11, 12}) {
+        for (const TransferCurve curve : {TransferCurve::bt1886, TransferCurve::gamma22, TransferCurve::srgb}) {
+            const DisplayEncoding encoding{primaries, curve};
+            const std::string profile = icc_profile(encoding), png = encode_png("a.png", image, {.encoding = encoding});
+            const std::string chunk = chunk_of(png, "iCCP");
+            EXPECT_EQ(chunk.substr(0, 9), std::string("display\0\0", 9));
+            EXPECT_EQ(profile.size() % 4, 0u);
+            // The columns of the matrix add up to the white of profiles.
+            double white[3] = {};
+            for (const char* kind : {"rXYZ", "gXYZ", "bXYZ"}) {
+                const auto number = [&](std::size_t at) {
+                    std::uint32_t value = 0;
+                    for (std::size_t i = at; i < at + 4; ++i)
+                        value = 256 * value + static_cast<unsigned char>(profile[i]);
+                    return value;
+                };
+                const std::size_t entry = profile.find(kind), place = number(entry + 4);
+                EXPECT_EQ(profile.substr(place, 4), "XYZ ");
+                for (std::size_t i = 0; i < 3; ++i)
+                    white[i] += static_cast<std::int32_t>(number(place + 8 + 4 * i)) / 65536.0;
+            }
+            EXPECT_NEAR(white[0], 0.9642, 1e-4);
+            EXPECT_NEAR(white[1], 1, 1e-4);
+            EXPECT_NEAR(white[2], 0.8249, 1e-4);
+        }
+    }
+}
+
 TEST(Png, QuantizationRoundsToNearest) {
     for (int i = 0; i < 256; ++i) {
         EXPECT_EQ(quantize_8bit(static_cast<float>(i) / 255), i);

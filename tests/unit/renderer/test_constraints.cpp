@@ -24,22 +24,18 @@ const Broken kBroken[] = {
     {"an error of the denoised picture from fewer than 16 samples", "adaptive sampling",
      [](auto& s, auto&) { s.denoise = s.adaptive = true, s.denoise_error = 15; }},
     {"an error target", "a preview mode", [](auto& s, auto&) { s.error = ErrorTarget{}, s.preview.cache = true; }},
-    {"an error target", "at least 16 samples", [](auto& s, auto&) { s.error = ErrorTarget{}, s.samples = 15; }},
-    {"an error target", "the first sample of the picture",
-     [](auto& s, auto&) { s.error = ErrorTarget{}, s.first_sample = 8; }},
-    {"adaptive sampling", "a preview mode", [](auto& s, auto&) { s.adaptive = s.preview.filter = true; }},
-    {"adaptive sampling", "a time limit", [](auto& s, auto&) { s.adaptive = true, s.time_limit = 1; }},
-    {"adaptive sampling", "at least 16 samples", [](auto& s, auto&) { s.adaptive = true, s.samples = 15; }},
-    {"adaptive sampling", "the first sample of the picture",
-     [](auto& s, auto&) { s.adaptive = true, s.first_sample = 16; }},
-    {"adaptive sampling", "the sampler sobol",
-     [](auto& s, auto&) { s.adaptive = true, s.estimator.sampler = SamplePoints::blue_noise; }},
-    {"parts of the samples", "an error target", [](auto& s, auto&) { s.parts = 2, s.error = ErrorTarget{}; }},
+    {"an error target", "at least 16 samples, in each part",
+     [](auto& s, auto&) { s.error = ErrorTarget{}, s.samples = 15; }},
+    {"adaptive sampling", "at least 16 samples, in each part",
+     [](auto& s, auto&) { s.adaptive = true, s.samples = 47, s.parts = 3; }},
+    {"adaptive sampling", "the preview mode cache", [](auto& s, auto&) { s.adaptive = s.preview.cache = true; }},
+    {"parts of the samples", "the preview mode cache", [](auto& s, auto&) { s.parts = 2, s.preview.cache = true; }},
     {"parts of the samples", "denoising over frames",
      [](auto& s, auto& o) { s.parts = 2, s.denoise = o.asked = true, s.denoise_frames = 1; }},
-    {"a run that renders all parts of the samples", "a checkpoint",
-     [](auto& s, auto& o) { s.parts = 2, o.checkpoint = true; }},
-    {"crop or overscan", "a preview mode", [](auto& s, auto&) { s.overscan = 2, s.preview.filter = true; }},
+    {"denoising over frames", "denoising", [](auto& s, auto& o) { o.asked = true, s.denoise_frames = 1; }},
+    {"the layer denoiser", "denoising", [](auto& s, auto& o) { o.asked = true, s.aovs = {"denoiser"}; }},
+    {"crop or overscan", "the preview mode temporal",
+     [](auto& s, auto&) { s.overscan = 2, s.preview.temporal = true; }},
     {"crop or overscan", "stereo views",
      [](auto& s, auto&) { s.overscan = 2, s.camera.optics.stereo = Stereo::views; }},
     {"light groups", "the preview mode cache", [](auto& s, auto&) { s.aovs = {"light_lamp"}, s.preview.cache = true; }},
@@ -52,11 +48,22 @@ const Broken kBroken[] = {
     {"the preview mode cache", "motion blur", [](auto& s, auto& o) { s.preview.cache = o.shutter = true; }},
     {"the preview mode temporal", "a part of a sequence",
      [](auto& s, auto& o) { s.preview.temporal = o.part_of_sequence = true; }},
-    {"a checkpoint", "adaptive sampling",
-     [](auto& s, auto& o) { s.error = ErrorTarget{}, s.adaptive = o.checkpoint = true; }},
+    {"the preview mode temporal", "frames of a sequence",
+     [](auto& s, auto& o) { s.preview.temporal = o.asked = true; }},
+    {"a checkpoint", "the preview mode cache", [](auto& s, auto& o) { s.preview.cache = o.checkpoint = true; }},
     {"a checkpoint of a single picture", "denoising over frames",
      [](auto& s, auto& o) { s.denoise = o.own_checkpoint = true, s.denoise_frames = 1; }},
-    {"shadow catchers", "an error target", [](auto& s, auto& o) { s.error = ErrorTarget{}, o.catchers = true; }},
+    {"rasterized camera rays", "depth of field",
+     [](auto& s, auto& o) {
+         s.primary = PrimaryVisibility::raster, o.asked = true;
+         s.view.camera.lens = {.aperture = 30, .focus = {.kind = Focus::Kind::point}};
+     }},
+    {"depth of field", "a panorama or fisheye",
+     [](auto& s, auto& o) {
+         s.optics.projection = Projection::panorama, o.asked = true;
+         s.view.camera.lens = {.aperture = 30, .focus = {.kind = Focus::Kind::point}};
+     }},
+    {"a page file", "edits of surfaces", [](auto&, auto& o) { o.pages = o.moved_surfaces = true; }},
 };
 
 TEST(Constraints, RowsAreBrokenByTheirFeatures) {
@@ -71,12 +78,10 @@ TEST(Constraints, RowsAreBrokenByTheirFeatures) {
         EXPECT_EQ(row->other.name, std::string(broken.other));
         EXPECT_THROW(check_constraints(settings, occasion), Error);
     }
-    RenderSettings timed;  // an error target beside them allows both
-    timed.adaptive = true, timed.time_limit = 1, timed.error = ErrorTarget{};
-    EXPECT_NO_THROW(check_constraints(timed));
-    RenderSettings saved;  // no error target forbids it
-    saved.adaptive = true;
-    EXPECT_NO_THROW(check_constraints(saved, {.checkpoint = true}));
+    RenderSettings all;  // what decides about samples combines
+    all.adaptive = true, all.time_limit = 1, all.error = ErrorTarget{}, all.parts = 4, all.preview = {};
+    all.estimator.sampler = SamplePoints::blue_noise, all.first_sample = 8, all.denoise = true, all.overscan = 4;
+    EXPECT_NO_THROW(check_constraints(all, {.shutter = true, .checkpoint = true, .finished = true}));
 }
 
 TEST(Constraints, EachPairHasOneRow) {
@@ -84,6 +89,7 @@ TEST(Constraints, EachPairHasOneRow) {
     for (const Constraint& row : known_constraints()) {
         EXPECT_TRUE(pairs.insert({&row.one, &row.other}).second) << row.text();
         EXPECT_NE(row.text("--here").find("(--here)"), std::string::npos);
+        for (const Feature* feature : {&row.one, &row.other}) EXPECT_TRUE(feature->options[0]) << feature->name;
     }
 }
 

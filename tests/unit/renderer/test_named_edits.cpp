@@ -362,6 +362,40 @@ TEST(NodeEdits, FollowAnimationsOfALoadedScene) {
     EXPECT_EQ(position(), later);
 }
 
+/// The ground lies below the rest pose, moves with nothing, and is not framed.
+TEST(NodeEdits, AGroundLiesBelowTheScene) {
+    const TemporaryFolder folder;
+    const std::filesystem::path path = test::write_sliding_light(folder.path);
+    const SceneEdits edits{.ground = true};
+    LoadedScene plain({.scene = path, .animation = "slide"}),
+        at_once({.scene = path, .edits = edits, .animation = "slide"}), later({.scene = path, .animation = "slide"});
+    later.edit(edits);
+    const WorldBounds bounds = world_bounds(plain.scene());
+    const std::size_t surfaces = plain.scene().instances.size(), meshes = plain.scene().meshes.size();
+    const auto ground = [&](const Scene& scene) {
+        EXPECT_EQ(scene.instances.size(), surfaces + 1);
+        EXPECT_EQ(scene.meshes.size(), meshes + 1);
+        validate(scene);
+        return scene.instances.back();
+    };
+    for (LoadedScene* scene : {&at_once, &later}) {
+        EXPECT_EQ(scene->chosen_camera().camera.camera_to_world, plain.chosen_camera().camera.camera_to_world);
+        const Instance first = ground(scene->scene());
+        EXPECT_TRUE(first.catcher);
+        EXPECT_NEAR(first.object_to_world[3].y, bounds.lower.y, 1e-3 * (bounds.upper.x - bounds.lower.x));
+        EXPECT_LT(first.object_to_world[3].y, bounds.lower.y);
+        scene->pose(1);
+        EXPECT_EQ(ground(scene->scene()).object_to_world, first.object_to_world);
+        EXPECT_EQ(ground(scene->posed(0.5)).object_to_world, first.object_to_world);
+        scene->edit({.ground = true, .ground_height = -7.0});
+        EXPECT_EQ(ground(scene->scene()).object_to_world[3].y, -7);
+        scene->edit({});
+        EXPECT_EQ(scene->scene().instances.size(), surfaces);
+        EXPECT_EQ(scene->scene().meshes.size(), meshes);
+        expect_refusal([&] { scene->edit({.ground = true, .ground_height = 1e12}); }, "height of the ground");
+    }
+}
+
 /// A default camera frames the scene as edited, whenever the edits were made.
 TEST(NodeEdits, DefaultCamerasFrameTheEditedScene) {
     const TemporaryFolder folder;

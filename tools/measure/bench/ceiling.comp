@@ -23,5 +23,5 @@ void main() {
     stack[1] = kStackInstance | entry.x;
     stack_near[1] = floatBitsToInt(ray.t_min);
     bool searches = entry.x != 0u && ray.t_max >= ray.t_min;
-    store_answer(path, traverse_from(ray, searches ? (in_block ? 2 : 1) : 0, no_hit(), 0u, kAnyHit));
+    store_answer(path, traverse_from(ray, searches ? (in_block ? 2 : 1) : 0, no_hit(), Sampler(0u, 0u), kAnyHit));
 }

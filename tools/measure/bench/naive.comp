@@ -8,7 +8,7 @@
 #include "shaders/geometry_tables.glsl"
 #include "shaders/scene_tables.glsl"
 #include "shaders/lib/alpha.glsl"
-#include "shaders/lib/alpha_key.glsl"
+#include "shaders/lib/alpha_sampler.glsl"
 #include "shaders/lib/batch_answers.glsl"
 #include "shaders/lib/batch_paths.glsl"
 #include "shaders/lib/node_format.glsl"
@@ -128,8 +128,8 @@ void main() {
                 float t = dot(edge2, q) * inverse_determinant;
                 bool nearer = u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t > ray.t_min && t < hit.t;
                 if (HALFLIGHT_ALPHA != 0 && nearer && triangles[k].alpha_tested != 0u) {
-                    uint key = alpha_key_of_path(frame, index, alpha_salt);
-                    nearer = alpha_accept(triangles[k].id, triangles[k].id, instance, u, v, key);
+                    Sampler random = alpha_sampler_of_path(frame, index, alpha_salt);
+                    nearer = alpha_accept(triangles[k].id, triangles[k].id, instance, u, v, random);
                 }
                 if (nearer) hit = Hit(t, u, v, triangles[k].id, instance);
             }

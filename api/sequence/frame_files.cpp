@@ -1,0 +1,144 @@
+#include "api/sequence/frame_files.h"
+
+#include <algorithm>
+#include <system_error>
+
+#include "api/halflight/frame_names.h"
+#include "api/sequence/develop.h"
+#include "api/sequence/noisy_files.h"
+#include "engine/core/error.h"
+#include "engine/core/memory_ledger.h"
+#include "engine/io/files.h"
+
+namespace halflight {
+namespace {
+
+/// Returns the neighbours of a noisy frame.
+std::vector<FrameNumber> neighbours_of(const std::filesystem::path& noisy, FrameNumber frame, int reach) {
+    std::vector<FrameNumber> neighbours;
+    for (const int offset : read_noisy_header(noisy).motion)
+        if (std::abs(offset) <= reach) neighbours.push_back(frame + offset);
+    return neighbours;
+}
+
+}  // namespace
+
+std::vector<std::filesystem::path> pictures_of(const SequenceOptions& o, FrameNumber frame) {
+    std::vector<std::filesystem::path> paths;
+    for (const auto& pattern : o.outputs) paths.push_back(frame_path(pattern, frame));
+    return paths;
+}
+
+std::filesystem::path main_file(const SequenceOptions& o, FrameNumber frame) {
+    return o.outputs.empty() ? *o.movie : frame_path(o.outputs[0], frame);
+}
+
+std::filesystem::path checkpoint_folder(const SequenceOptions& o, FrameNumber frame) {
+    return main_file(o, frame).string() + ".checkpoint";
+}
+
+FrameFiles::FrameFiles(const LoadedScene& scene, const RenderSettings& settings, const Shutter& shutter,
+                       const ColorConfig& colors, const SequenceOptions& options)
+    : options_(options),
+      rounds_(!holds_bits(settings, options.output, colors)),
+      sums_(sums_fingerprint(scene, settings, shutter)),
+      prints_(sequence_prints(sums_, settings, colors, options.output, part_of(options.frames, options.part))),
+      reach_(neighbour_frames(settings)),
+      keeps_noisy_(settings.keep_noisy),
+      denoises_(settings.denoise),
+      listed_(options.frames.begin(), options.frames.end()) {
+    for (const FrameNumber frame : part_of(options.frames, options.part)) part_.insert(frame);
+}
+
+namespace {
+
+void add(const std::filesystem::path& path, const std::string& fingerprint, FrameFiles::State& state) {
+    const FrameFile file = examine_frame(path, fingerprint);
+    if (file == FrameFile::other && !state.other) state.other = path;
+    state.damaged = state.damaged || file == FrameFile::incomplete;
+    state.whole = state.whole && file == FrameFile::whole;
+}
+
+}  // namespace
+
+const std::string& FrameFiles::print_of(const std::filesystem::path& picture, const PictureInfo& prints) const {
+    return holds_view(picture, options_.output.tiff) ? prints.view_fingerprint : prints.fingerprint;
+}
+
+FrameFiles::State FrameFiles::examine(FrameNumber frame) const {
+    PictureInfo prints;
+    add_fingerprints(frame, prints);
+    State state;
+    for (const auto& path : pictures_of(options_, frame)) add(path, print_of(path, prints), state);
+    examine_noisy(frame, state);
+    return state;
+}
+
+void FrameFiles::examine_noisy(FrameNumber frame, State& state) const {
+    if (!keeps_noisy_) return;
+    const auto noisy = [&](FrameNumber n) { return noisy_path(main_file(options_, n)); };
+    State own;
+    add(noisy(frame), noisy_fingerprint(sums_, frame), own);
+    if (own.whole)
+        for (const FrameNumber n : neighbours_of(noisy(frame), frame, reach_))
+            if (!listed(n)) add(noisy(n), noisy_fingerprint(sums_, n), own);
+    state = {state.whole && own.whole, state.damaged || own.damaged, state.other ? state.other : own.other};
+}
+
+std::optional<std::filesystem::path> FrameFiles::developable(FrameNumber frame) const {
+    if (rounds_ && !options_.develop) return std::nullopt;
+    const auto exr =
+        std::ranges::find_if(options_.outputs, [](const auto& path) { return has_extension(path, "exr"); });
+    if (exr == options_.outputs.end()) return std::nullopt;
+    PictureInfo prints;
+    add_fingerprints(frame, prints);
+    const std::filesystem::path path = frame_path(*exr, frame);
+    State state;
+    add(path, prints.fingerprint, state);
+    if (state.whole) examine_noisy(frame, state);
+    return state.whole ? std::optional(path) : std::nullopt;
+}
+
+std::vector<std::filesystem::path> FrameFiles::missing_pictures(FrameNumber frame) const {
+    PictureInfo prints;
+    add_fingerprints(frame, prints);
+    std::vector<std::filesystem::path> paths = pictures_of(options_, frame);
+    std::erase_if(paths,
+                  [&](const auto& path) { return examine_frame(path, print_of(path, prints)) == FrameFile::whole; });
+    return paths;
+}
+
+void FrameFiles::add_fingerprints(FrameNumber frame, PictureInfo& info) const {
+    info.fingerprint = frame_fingerprint(prints_.linear, frame);
+    if (prints_.view.empty()) return;
+    // Pictures that are developed from rounded ones differ from those that are rendered.
+    info.view_fingerprint = frame_fingerprint((rounds_ && options_.develop ? "rounded " : "") + prints_.view, frame);
+}
+
+void FrameFiles::discard_exchanged(const std::vector<FrameNumber>& done, const std::set<FrameNumber>& open) const {
+    // With --overwrite, pictures of earlier settings may be there. Those that were made from a file are younger.
+    const auto waits = [&](FrameNumber frame, std::filesystem::file_time_type since) {
+        if (part_.contains(frame) && !open.contains(frame)) return false;
+        return std::ranges::any_of(pictures_of(options_, frame), [&](const auto& path) {
+            std::error_code missing;
+            const auto time = std::filesystem::last_write_time(path, missing);
+            return missing || (options_.overwrite && time < since);
+        });
+    };
+    if (options_.outputs.empty() || reach_ == 0) return;
+    std::set<FrameNumber> near;
+    for (const FrameNumber frame : done)
+        for (FrameNumber n = frame - reach_; n <= frame + reach_; ++n) near.insert(n);
+    for (const FrameNumber n : near) {
+        const std::filesystem::path file = NoisyFiles::exchanged_file(options_.outputs[0], n);
+        std::error_code none;
+        const auto time = std::filesystem::last_write_time(file, none);
+        if (none) continue;
+        bool needed = false;
+        for (FrameNumber frame = n - reach_; frame <= n + reach_; ++frame)
+            needed = needed || (listed(frame) && waits(frame, time));
+        if (!needed) std::filesystem::remove(file, none);
+    }
+}
+
+}  // namespace halflight

@@ -1,0 +1,57 @@
+// Files of noisy frames: .exr files of several parts, floats. They hold the noisy picture with its layers, and all that
+// the denoiser reads, also for the frames near it.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "api/halflight/picture_file.h"
+#include "engine/core/frames.h"
+#include "renderer/noisy_frame.h"
+#include "renderer/render_result.h"
+
+namespace halflight {
+
+/// A noisy frame with its picture.
+struct NoisyPicture {
+    RenderResult result;                      // the noisy picture with its layers; without times of passes
+    std::unique_ptr<NoisyFrame> noisy{};      // needs the context
+    PictureInfo info{};                       // what the picture's files say; without layout, fingerprints and colours
+    std::string sums{};                       // sums_fingerprint()
+    std::optional<float> metered_exposure{};  // exposure that metering found for an open one, stops
+    int reach = 0;                            // number of frames before and after that motion leads to, at most
+};
+
+/// Returns the name of the noisy frame beside a picture: "shot.0001.noisy.exr" for "shot.0001.png".
+std::filesystem::path noisy_path(const std::filesystem::path& picture);
+/// Returns the picture's name without its extension: "shot.0001" for "shot.0001.noisy.exr".
+std::string name_of_noisy(const std::filesystem::path& noisy);
+
+/// Returns the fingerprint of the file of a noisy frame.
+std::string noisy_fingerprint(const std::string& sums, FrameNumber frame);
+
+/// Writes a noisy frame, completely or not at all. Precondition: NoisyFrame::pixels. Throws Error.
+void write_noisy_file(const std::filesystem::path& path, const NoisyPicture& picture, ExrCompression compression);
+
+/// Reads a noisy frame. The context must be current. Throws Error for a file that is damaged or no noisy frame.
+NoisyPicture read_noisy_file(const std::filesystem::path& path);
+
+/// What a noisy frame is.
+struct NoisyHeader {
+    std::string sums{};  // sums_fingerprint()
+    FrameNumber frame = 0;
+    bool of_sequence = false;   // the frame is one of a sequence, whose files have fingerprints
+    int reach = 0;              // NoisyPicture::reach
+    std::vector<int> motion{};  // offsets of the frames to which it has motion: those of its neighbours
+};
+/// Reads a noisy frame without its pixels. Throws Error as read_noisy_file() does.
+NoisyHeader read_noisy_header(const std::filesystem::path& path);
+
+/// Returns the name of another noisy frame: the last number in the name of frame `frame` is replaced. If it is not that
+/// of the frame, the other number is added: "still.3.noisy.exr" beside "still.noisy.exr".
+std::filesystem::path noisy_path_of(const std::filesystem::path& own, FrameNumber frame, FrameNumber other);
+
+}  // namespace halflight

@@ -1,0 +1,74 @@
+#include "api/sequence/noisy_files.h"
+
+#include <fmt/format.h>
+
+#include <system_error>
+#include <utility>
+
+#include "api/halflight/statistics.h"
+#include "api/sequence/fingerprint.h"
+#include "engine/core/error.h"
+#include "engine/core/memory_ledger.h"
+#include "engine/io/temporary_name.h"
+
+namespace halflight {
+
+NoisyFiles::NoisyFiles(Options options) : options_(std::move(options)) {
+    if (!options_.pattern.empty()) claims_.emplace(options_.pattern.string() + ".noisy");
+}
+
+std::filesystem::path NoisyFiles::exchanged_file(const std::filesystem::path& pattern, FrameNumber frame) {
+    return pattern.parent_path() / fmt::format("{}{}.noisy.exr", temporary_prefix(pattern), frame);
+}
+
+std::optional<NoisyPicture> NoisyFiles::read(FrameNumber frame) const {
+    const auto read = [&](const std::filesystem::path& path) -> std::optional<NoisyPicture> {
+        std::error_code none;
+        if (!std::filesystem::is_regular_file(path, none)) return std::nullopt;
+        try {
+            NoisyPicture picture = read_noisy_file(path);
+            if (picture.sums == options_.sums && picture.info.frame == frame && picture.reach >= options_.reach)
+                return picture;
+        } catch (const BudgetError&) {
+            throw;
+        } catch (const Error&) {  // it is rendered again
+        }
+        return std::nullopt;
+    };
+    if (auto kept = read(noisy_path(options_.picture(frame)))) return kept;
+    if (options_.keep || options_.pattern.empty()) return std::nullopt;
+    return read(exchanged_file(options_.pattern, frame));
+}
+
+bool NoisyFiles::claim(FrameNumber frame) {
+    return !claims_ || claims_->take(frame);
+}
+
+void NoisyFiles::release() {
+    if (claims_) claims_->release();
+}
+
+void NoisyFiles::write(FrameNumber frame, NoisyPicture& picture) const {
+    if (!writes()) return;
+    picture.info = options_.info(picture.result);
+    picture.info.frame = frame;
+    std::string& comments = picture.info.comments;  // the noisy picture is not denoised
+    if (const std::string denoised = denoised_text(options_.reach); comments.ends_with(denoised))
+        comments.resize(comments.size() - denoised.size());
+    picture.sums = options_.sums;
+    picture.reach = options_.reach;
+    picture.metered_exposure = options_.exposure;
+    if (options_.keep) {
+        const std::filesystem::path path = noisy_path(options_.picture(frame));
+        const std::string print = noisy_fingerprint(options_.sums, frame);
+        if (!options_.overwrite && examine_frame(path, print) == FrameFile::other)
+            throw Error(path.string(), "exists, but is not this noisy frame: it was not replaced; --overwrite does");
+        return write_noisy_file(path, picture, options_.compression);
+    }
+    try {
+        write_noisy_file(exchanged_file(options_.pattern, frame), picture, ExrCompression::none);
+    } catch (const Error&) {  // other processes render the frame themselves
+    }
+}
+
+}  // namespace halflight
