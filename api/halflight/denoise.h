@@ -22,8 +22,9 @@ struct DenoiseOptions {
     // Pictures: names with a placeholder for the frame number, or plain names for a single frame. Empty:
     // NAME.denoised.exr beside each noisy frame.
     std::vector<std::filesystem::path> outputs;
-    std::optional<int> near{};  // frames before and after that are used; none: as many as the files are made for
-    ViewTransform view{};       // view of outputs such as .png; an open exposure is that of the noisy frames
+    std::optional<int>
+        near{};  // number of frames before and after each frame that the denoiser uses; none: that of the files
+    ViewTransform view{};  // view of outputs such as .png; an open exposure is that of the noisy frames
     OutputOptions output{};
     bool overwrite = false;                   // replaces pictures of other frames or settings
     std::optional<ColorConfig> colors{};      // colour config; none: ColorConfig::load()
@@ -40,9 +41,9 @@ struct DenoiseTally {
 
 /// Denoises frames, in the order of their numbers. A frame takes light from frames before and after it, whose files
 /// must be there. Pictures have the bits and the fingerprints of those that render_sequence() makes with `denoise` and
-/// the same options. go_on: called before each frame with the
-/// number of frames that are done and of all; false stops. Throws Error for a file that is missing, damaged or
-/// no noisy frame, and for pictures that must not be replaced.
+/// the same options. go_on: called before each frame with the number of frames that are done and of all; false stops.
+/// Throws Error for a file that is missing, damaged or no noisy frame, for noisy frames of different scenes or
+/// settings, and for pictures that must not be replaced.
 DenoiseTally denoise_frames(const DenoiseOptions& options,
                             const std::function<bool(std::size_t done, std::size_t all)>& go_on = {},
                             const Log& log = {});

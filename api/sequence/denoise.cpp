@@ -149,7 +149,7 @@ class Denoiser {
     Denoiser(const Denoiser&) = delete;
     Denoiser& operator=(const Denoiser&) = delete;
 
-    /// Returns what the files of a frame will say, with their fingerprints.
+    /// Adds the fingerprints of a frame.
     void add_fingerprints(const Frames& frames, FrameNumber frame, PictureInfo& info) const {
         const NoisyHeader& header = frames.known(frame).header;
         if (!header.of_sequence) return;  // single pictures have none

@@ -32,8 +32,8 @@ class NearFrames {
     };
 
     /// Renders a frame, and those up to `reach` before and after it that are not held yet. Denoises the frame by those
-    /// in which lights and materials emit as in the frame itself. A frame that stays noisy needs no others: of these,
-    /// those are rendered that have no turn of their own (NoisyFiles::listed()). An interrupted result is incomplete.
+    /// in which lights and materials emit as in the frame itself. A frame that stays noisy needs no others, so only
+    /// neighbours that no other call renders are rendered, too (NoisyFiles::listed()). An interrupted result is incomplete.
     RenderResult render(LoadedScene& scene, FrameNumber frame, int reach, const Steps& steps,
                         const ProgressCallback& progress);
     /// Forgets all frames. The context must be current.
