@@ -7,7 +7,6 @@
 #include <numeric>
 
 #include "engine/core/metrics.h"
-#include "passes/picture/shadow_catcher.h"
 #include "shaders/shared/denoise.h"
 
 namespace halflight {

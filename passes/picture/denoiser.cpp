@@ -22,6 +22,9 @@ constexpr int kKeptRadius = 6, kBlurredKeptRadius = 4;
 // Weight of tails in what counts as noise where light is kept (by_chance of shaders/half_kept.comp). Light that few
 // paths find has long tails, and its noise would be seen as smudges.
 constexpr float kByChance = 1, kIndirectByChance = 4;
+// Share of the noise of losses that counts where light is kept, outside of indirect diffuse light. Highlights lose more
+// light by taking losses for noise than calm surfaces gain.
+constexpr float kShareOfNoise = 0.3f;
 // Least weight of a pixel's own light. In indirect diffuse light, a pixel that is like no other is an outlier, or lies
 // on an edge whose pixels show different shares of two surfaces. In other light it may be a detail.
 constexpr float kLeastOwnIndirect = 0.0025f, kLeastOwn = 1;
@@ -235,9 +238,10 @@ TextureHandle add_errors(graph::Graph& graph, const CalmLight& calm, TextureHand
 }
 
 /// Returns filtered light with the light that the filter has lost, in each neighbourhood (shaders/half_kept.comp).
-/// radius: of the neighbourhoods, pixels. by_chance: weight of tails in what counts as noise.
+/// radius: of the neighbourhoods, pixels. by_chance: weight of tails in what counts as noise, of
+/// which only a share counts.
 CalmLight add_kept_light(graph::Graph& graph, const CalmLight& calm, const CalmLight& filtered, TextureHandle albedo,
-                         int radius, float by_chance) {
+                         int radius, float by_chance, float share_of_noise) {
     const auto [light] = add_kernel<1>(graph, "denoiser: kept light", "shaders/half_kept.comp",
                                        {{"first", filtered.first}, {"second", filtered.second}, {"albedo", albedo}},
                                        {"made"}, 8, {}, {{"HALFLIGHT_LIGHT", "1"}});
@@ -254,8 +258,8 @@ CalmLight add_kept_light(graph::Graph& graph, const CalmLight& calm, const CalmL
                        {"second", filtered.second},
                        {"gains", add_triangle(graph, lost, radius)},
                        {"more_gains", add_triangle(graph, lost, kErrorRadius)}},
-                      {"made", "made_second"}, 8, [radius, by_chance](const gpu::Program& program) {
-                          program.set("pooled_squares", squares_of_triangle(radius));
+                      {"made", "made_second"}, 8, [=](const gpu::Program& program) {
+                          program.set("pooled_squares", share_of_noise * squares_of_triangle(radius));
                           program.set("by_chance", by_chance);
                       });
     return {first, second, filtered.spread, {}, filtered.over_frames};
@@ -331,16 +335,14 @@ DenoisedPicture add_component(graph::Graph& graph, const DenoiserPixels& pixels,
                                           add_calm(graph, own, albedo, in_proportion(component)));
     const Guides guides = guides_of(pixels, component);
     const bool wide = component == FilteredLight::indirect_diffuse;
-    const bool glossy = component == FilteredLight::glossy;
     CalmLight means = add_non_local_means(graph, calm, guides, final_means(wide ? kLeastOwnIndirect : kLeastOwn));
     for (const int stride : wide ? std::span<const int>(kWideStrides) : std::span<const int>())
         means = add_non_local_means(graph, means, guides, sparse_means(stride, kWideStrength, kLeastOwnIndirect),
                                     kWideNoiseRadius);
     const CalmLight filtered =
         add_kept_light(graph, calm, means, albedo, pixels.blurred ? kBlurredKeptRadius : kKeptRadius,
-                       wide ? kIndirectByChance : kByChance);
-    const TextureHandle errors =
-        add_errors(graph, calm, filtered.first, filtered.second, albedo, surroundings, !glossy);
+                       wide ? kIndirectByChance : kByChance, wide ? 1 : kShareOfNoise);
+    const TextureHandle errors = add_errors(graph, calm, filtered.first, filtered.second, albedo, surroundings, wide);
 
     const gpu::TextureDesc desc = graph.desc(pixels.mean);
     graph::Pass pass = graph.add_pass("denoiser: blend");

@@ -5,7 +5,6 @@
 
 namespace halflight {
 
-inline constexpr std::size_t kCatcherSums = 9;  ///< doubles per path of Accumulated::catchers
 
 /// Answers like those of any_hit(): whether catchers occlude the occluded light samples, too. A handle is empty if
 /// there are no such rays.

@@ -22,6 +22,8 @@ struct SampleInputs {
     graph::BufferHandle received;
 };
 
+inline constexpr std::size_t kCatcherSums = 9;  ///< doubles per path of Accumulated::catchers
+
 /// Sums over all samples so far, at the path's index. Handles of parts that the frame leaves out are empty.
 struct Accumulated {
     graph::BufferHandle emission;  // 4 doubles: rgb, coverage (1 for every sample that met a surface)

@@ -47,7 +47,7 @@ TEST(UsageErrors, NameTheFirstOption) {
         {"info a.glb", R"(a.glb | --width 0 | --up 0,1,0 | --time | --shutter 101 | --env white --sky 45,0 |
                           --look-from 0,1,0 --look-at 0,1.0,0)"},
         {"view a.glb", "--look-from 0,1,0 --look-at 0,1.0,0 | --env white --sky 45,0 | --size 640 | --frame 1"},
-        {"merge a.glb o.exr", "--sample-parts 1 | --sample-parts 2 --checkpoint 1"},
+        {"merge a.glb o.exr", "--sample-parts 1 | --checkpoint 1 --sample-parts 2"},
         {"merge a.glb o.#.exr", "--frames 1 --sample-parts 2"},
         {"pack a.glb o.pages", "--json"},
         {"pack a.glb", "a.glb"},
@@ -62,7 +62,7 @@ TEST(UsageErrors, NameTheFirstOption) {
         {"render a.glb o.exr",
          R"(o.exr | ./o.exr | --frobnicate | --widht=16 | -f 4 | --size 16x16 | --exposure 1 | --width 0 | --seed -1 |
             --samples | --samples 1 --samples 2 | --error 1 --samples 15 | --error 0 | --error-metric mse |
-            --error-metric psnr --error 1 | --best-effort | --adaptive --time 1 | --adaptive --samples 15 |
+            --error-metric psnr --error 1 | --best-effort | --adaptive --samples 15 |
             --denoise-error 8 --denoise --adaptive | --denoise --samples 1 | --denoise --preview cache |
             --denoise-frames 1 | --aov noisy,denoiser | --aov none,albedo | --aov albedo,smell | --bounces -1 |
             --filter sinc | --look-from 0,0,1 | --look-from 0,0 --look-at 0,0,0 | --look-from 0,0,nan --look-at 0,0,0 |
@@ -77,9 +77,8 @@ TEST(UsageErrors, NameTheFirstOption) {
             --aperture -1 --focus 2 | --crop 5,5,5,9 | --crop 5,5,9 |
             --crop 5,5,9,9 --denoise --denoise-frames 1 | --aov-names mitsuba | --jpeg-quality 5 | --tiff-type 8 |
             --exr-compression dwa | --exr-compression pxr24 --aov depth | --exr-compression dwaa --aov depth |
-            --exr-compression dwab --aov depth | --part 1/2 --time 5 | --part 1/2 --stats s.json |
+            --exr-compression dwab --aov depth | --part 1/2 --stats s.json |
             --sample-parts 3 --samples 2 | --overwrite | --fps 24 | --shutter 0.5 | --shutter 101 |
-            --checkpoint 1 --error 0.01 --adaptive |
             --checkpoint 1 --denoise-frames 1 --denoise | --movie m.mp4)"},
         {"render a.glb o.exr --animation all",
          R"(--shutter-times 4 | --shutter-ramp 1 | --shutter-ramp 2 --shutter 1 | --shutter-position left --shutter 1 |
@@ -138,7 +137,7 @@ TEST(UsageErrors, NameOptionsOfValuesOutOfRange) {
 
 TEST(UsageErrors, NameWhatIsMissingOrMeant) {
     const std::tuple<const char*, const char*, const char*> rows[] = {
-        {"", "command", "render, merge, view"},
+        {"", "command", "render, merge, denoise, view"},
         {"rendr", "rendr", "did you mean 'render'"},
         {"render", "SCENE", "halflight render --help"},
         {"render a.glb", "OUTPUT", "halflight render --help"},
@@ -208,9 +207,9 @@ TEST_F(Refusal, SettingsThatDoNotFitTogether) {
         {1, "--working-space acescc", "did you mean 'ACEScg'"},
         {1, "--focus 2", "focus: "},
         {1, "--aperture 5", "aperture: "},
-        {1, "--fstop 2 --focus 2 --primary raster --quiet", "primary raster"},
-        {1, "--projection panorama --primary raster --quiet", "primary raster"},
-        {1, "--projection fisheye --fstop 2 --focus 2 --quiet", "projection fisheye"},
+        {2, "--fstop 2 --focus 2 --primary raster --quiet", "--primary: "},
+        {2, "--projection panorama --primary raster --quiet", "--primary: "},
+        {2, "--projection fisheye --fstop 2 --focus 2 --quiet", "--focus: "},
         {1, "--stereo left --convergence 0.01 --quiet", "render settings: the eyes"},
         {1, "--camera rear", "no camera 'rear'"},
         {1, "--camera 2", "no camera '2'"},

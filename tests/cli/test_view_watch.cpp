@@ -61,7 +61,11 @@ TEST_F(ViewWatch, EditsStayAndDamageKeepsThePicture) {
         state @4.json
     )",
         {{"1.json", [&] { change("[0.7,", "[0.1,"); }},
-         {"2.json", [&] { write_text(scene, room.substr(0, 200)); }},
+         {"2.json",
+          [&] {
+              write_text(file("new"), room.substr(0, 200));
+              std::filesystem::rename(file("new"), scene);
+          }},
          {"3.json", [&] { change("\"name\": \"lamp\", \"doubleSided\"", "\"name\": \"bulb\", \"doubleSided\""); }}});
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_TRUE(same_bits(exr("painted.exr"), exr("broken.exr")));

@@ -21,6 +21,7 @@ void FileWatch::add(std::span<const VersionedFile> files) {
 
 void FileWatch::replace(const VersionedFile& file) {
     if (!file.path.empty()) known_[file.path] = file.version;
+    changed_ = false;  // until the next look
 }
 
 FileWatch::Versions FileWatch::present() const {

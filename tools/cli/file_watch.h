@@ -25,7 +25,7 @@ class FileWatch {
     void add(const FileWatch& files) { known_.insert(files.known_.begin(), files.known_.end()); }
     /// Watches a file from another version on.
     void replace(const VersionedFile& file);
-    void renew() { known_ = present(); }  ///< Watches all files from their present versions on.
+    void renew() { known_ = present(), changed_ = false; }  ///< Watches all files from their present versions on.
 
     std::size_t size() const { return known_.size(); }  ///< Returns the number of files.
     /// Returns whether a file differs from its version now.

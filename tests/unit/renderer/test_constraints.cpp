@@ -20,7 +20,7 @@ struct Broken {
 const Broken kBroken[] = {
     {"denoising", "a preview mode", [](auto& s, auto&) { s.denoise = s.preview.filter = true; }},
     {"denoising", "at least two samples", [](auto& s, auto& o) { s.denoise = o.finished = true, s.samples = 1; }},
-    {"an error of the denoised picture", "denoising", [](auto& s, auto&) { s.denoise_error = 16; }},
+    {"an error of the denoised picture", "a denoised picture", [](auto& s, auto&) { s.denoise_error = 16; }},
     {"an error of the denoised picture from fewer than 16 samples", "adaptive sampling",
      [](auto& s, auto&) { s.denoise = s.adaptive = true, s.denoise_error = 15; }},
     {"an error target", "a preview mode", [](auto& s, auto&) { s.error = ErrorTarget{}, s.preview.cache = true; }},

@@ -191,7 +191,7 @@ TEST(SettingsFile, InvalidElementsAreNamed) {
         {R"("transforms": {"0": [[1, 2, 3]]})", "transforms.0: has a row"},
         {R"("transforms": {"0": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 1, 1]]})", "transforms.0: "},
         {R"("animation": {"frame": 1})", "animation: "},
-        {R"("animation": {"name": "a", "frame": -1})", "animation.frame: "},
+        {R"("animation": {"name": "a", "frame": -1e12})", "animation.frame: "},
         {R"("camera": {"from": [0, 1]})", "camera.from: "},
         {R"("camera": {"fov": 40})", "camera: there is no setting 'fov'"},
         {R"("camera": {"from": [0, 0, 0]})", "camera: from and at"},

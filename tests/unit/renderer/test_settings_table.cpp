@@ -43,6 +43,7 @@ RenderSettings unusual() {
     s.culling = rays::Culling::raster;
     s.primary = PrimaryVisibility::traced;
     s.backfaces = Backfaces::show;
+    s.keep_noisy = true;
     s.estimator = {.lights = LightChoice::tree, .sampler = SamplePoints::blue_noise};
     s.preview = {.cache = true, .filter = true};
     s.kept = Kept({"shadow", "light samples along paths"});
