@@ -41,6 +41,7 @@ FrameFiles::FrameFiles(const LoadedScene& scene, const RenderSettings& settings,
                        const ColorConfig& colors, const SequenceOptions& options)
     : options_(options),
       rounds_(!holds_bits(settings, options.output, colors)),
+      temporal_(settings.preview.temporal),
       sums_(sums_fingerprint(scene, settings, shutter)),
       prints_(sequence_prints(sums_, settings, colors, options.output, part_of(options.frames, options.part))),
       reach_(neighbour_frames(settings)),
@@ -86,7 +87,7 @@ void FrameFiles::examine_noisy(FrameNumber frame, State& state) const {
 }
 
 std::optional<std::filesystem::path> FrameFiles::developable(FrameNumber frame) const {
-    if (rounds_ && !options_.develop) return std::nullopt;
+    if (temporal_ || (rounds_ && !options_.develop)) return std::nullopt;
     PictureInfo prints;
     add_fingerprints(frame, prints);
     std::optional<std::filesystem::path> exr;

@@ -59,7 +59,8 @@ class FrameFiles {
     void examine_noisy(FrameNumber frame, State& state) const;
 
     const SequenceOptions& options_;
-    bool rounds_;  // an .exr does not hold the bits of its picture
+    bool rounds_;    // an .exr does not hold the bits of its picture
+    bool temporal_;  // later frames take light from the rendering of earlier ones
     std::string sums_;
     SequencePrints prints_;
     int reach_;

@@ -96,8 +96,6 @@ TEST_F(DenoisedSequence, NoisyFramesAreDenoisedToTheSameFiles) {
     for (const char* part : {"2/2", "1/2"}) make("noisy", "3-5", words(more, "--keep-noisy --part", part));
     EXPECT_EQ(contents("noisy").size(), 3u + 7u) << "frames, and noisy ones with two neighbours at either end";
     expect_has(make("noisy", "3-5", words(more, "--keep-noisy")).err, "3 of 3 frames are there already");
-    make("plain", "3-5", words(kMoving, "--aov noisy,motion,ids --light-group each --shutter 0.5"));
-    EXPECT_TRUE(same_pixels(file("noisy", 4), file("plain", 4))) << "the frames stay noisy";
 
     const Strings denoise = words("denoise --frames 3-5", folder / "noisy/f.####.noisy.exr");
     done(words(denoise, to("later")));
@@ -122,7 +120,7 @@ TEST_F(DenoisedSequence, NoisyFramesAreDenoisedToTheSameFiles) {
     fs::copy_file(folder / "other/f.0004.noisy.exr", noisy);
     refused(1, again, "f.0002.noisy.exr: is not frame 2 of the scene and settings of ");
     refused(1, words("denoise --quiet", file("direct", 3)), "f.0003.exr: is no noisy frame");
-    expect_has(make("noisy", "3-5", words(more, "--keep-noisy --overwrite")).err, "3 frames in ");
+    expect_has(make("noisy", "3-5", words(more, "--keep-noisy --overwrite")).err, "1 of 3 frames are there already");
     done(again);
 }
 

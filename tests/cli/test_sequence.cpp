@@ -311,7 +311,7 @@ TEST_F(Sequence, FramesBeforeZero) {
     make("out", "-2-1", all);
     EXPECT_EQ(contents("out").size(), 4u);
     EXPECT_TRUE(fs::exists(folder / "out" / "f.-0002.exr"));
-    EXPECT_EQ(make("out", "-2--1,0-1", all).err, "halflight: 4 of 4 frames are there already\n");
+    expect_has(make("out", "-2--1,0-1", all).err, "4 of 4 frames are there already\n");
     EXPECT_EQ(read_exr(folder / "out" / "f.-0001.exr").attributes.time_code, (TimeCode{23, 59, 59, 23}));
     make("early", "-9", words(all, "--frame-offset -10"));
     done(words("render", scene, file("alone.exr"), "--frame -9 --frame-offset -10 --width 16 --height 16 --samples 2",
