@@ -93,8 +93,8 @@ LinearSpace working_space(const ColorConfig& config, const std::string& name);
 void write_picture(const std::filesystem::path& path, const RenderResult& result, const PictureInfo& info);
 
 /// Writes a picture to several files. A file that cannot be written does not prevent the others: the Error of the first
-/// one is thrown after all, and those of others are warnings. A DiskError ends it at once. Warns of values that half
-/// floats cannot hold.
+/// one is thrown after all, and those of others are warnings, unless the disk is their reason, too. Warns of values that
+/// half floats cannot hold.
 void write_pictures(const std::vector<std::filesystem::path>& paths, const RenderResult& result,
                     const PictureInfo& info, const Log& log);
 

@@ -281,10 +281,9 @@ void write_pictures(const std::vector<std::filesystem::path>& paths, const Rende
         try {
             write_picture(path, result, info);
             if (has_extension(path, "exr")) warn_beyond_half(path, result, info, log);
-        } catch (const DiskError&) {
-            throw;
         } catch (const Error& error) {
-            if (first) log.warn("{}", error.what());
+            const bool disk = dynamic_cast<const DiskError*>(&error) != nullptr;  // the first one tells it
+            if (first && !disk) log.warn("{}", error.what());
             if (!first) first = std::current_exception();
         }
     }
