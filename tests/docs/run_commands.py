@@ -16,8 +16,9 @@ import tempfile
 SMALL = [
     (r"--samples [\d,]+ --adaptive", "--samples 16 --adaptive"),  # the least number
     (r"--samples [\d,]+ --denoise", lambda m: f"--samples {'2,4' if ',' in m[0] else '2'} --denoise"),
+    (r"--samples [\d,]+ --keep-noisy", "--samples 2 --keep-noisy"),
     (r"--samples \d+ --(part|sample-parts) ", lambda m: f"--samples 4 --{m[1]} "),  # a sample for each part
-    (r"--samples [\d,]+(?![\d,]| --adaptive| --denoise| --part| --sample-parts)", lambda m: "--samples 1,2" if "," in m[0] else "--samples 1"),
+    (r"--samples [\d,]+(?![\d,]| --adaptive| --denoise| --keep-noisy| --part| --sample-parts)", lambda m: "--samples 1,2" if "," in m[0] else "--samples 1"),
     (r"--(time|seeds|reference-samples|warm-up) \d+", lambda m: f"--{m[1]} {dict(time=1, seeds=2).get(m[1], 4)}"),
     (r"--(width|height) \d+", lambda m: f"--{m[1]} 32"),
     (r"--size \d+x\d+", "--size 64x48"),
