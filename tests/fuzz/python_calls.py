@@ -151,6 +151,9 @@ class Calls:
     def call_set_clay(self, dice):
         self.scene.set_clay(value(dice))
 
+    def call_set_ground(self, dice):
+        self.scene.set_ground(value(dice), dice.choice([None, -1.5, value(dice)]))
+
     def call_set_shadow_catchers(self, dice):
         self.scene.set_shadow_catchers(*dice.choice([[], ["floor"], ["*"], [value(dice), value(dice)]]))
 
