@@ -120,7 +120,11 @@ def without_program(checkout, build, folder):
     kernels = sorted(p.name for e in ("comp", "vert", "frag") for p in (checkout / "shaders").glob(f"*.{e}"))
     if not (build / "halflight-view").exists() or not shutil.which("xvfb-run"):
         kernels.remove("view.frag")
-    return [k for k in kernels if not any(re.search(rf"(^|-){re.sub('[.]', '-', k)}($|-)", name) for name in made)]
+    def is_of(name, kernel):  # kernels with a view transform are named after it
+        stem = kernel.partition(".")[0]
+        return re.search(rf"(^|-){re.sub('[.]', '-', kernel)}($|-)", name) or name.startswith(f"{stem}-through-")
+
+    return [k for k in kernels if not any(is_of(name, k) for name in made)]
 
 
 def make_missing(checkout, build, folder):
