@@ -1,9 +1,5 @@
 // Computes the terms of the best share of filtered light. Errors of the picture are weighed as in relMSE, or else a
 // highlight would decide for all pixels near it.
-//
-// Where two fireflies meet by chance, both halves are bright, as if the filter had removed a highlight.
-// HALFLIGHT_LIMITED limits what a single pixel says against the filter, so that it does not bring back the noise of all
-// pixels around.
 layout(local_size_x = 8, local_size_y = 8) in;
 
 uniform sampler2D first;
@@ -12,29 +8,15 @@ uniform sampler2D filtered_first;
 uniform sampler2D filtered_second;
 uniform sampler2D albedo;
 uniform sampler2D surroundings;  // rgb: smoothed picture
-// HALFLIGHT_LIMITED: rg: terms, and their weighted sum with the sum of the weights in a
-uniform sampler2D whole_terms;
-uniform sampler2D pooled;
 layout(rgba32f) writeonly uniform image2D terms;
 
 #include "shaders/lib/halves.glsl"
 
 const float kRelativeEpsilon = 0.01;  // engine/core/metrics.h
 
-// Largest part of the square of a change that noise does not explain, over the mean of the part that it explains.
-const float kMostUnexplained = 8.0;
-
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(pixel, imageSize(terms)))) return;
-    if (HALFLIGHT_LIMITED != 0) {
-        vec4 own = texelFetch(whole_terms, pixel, 0);
-        vec4 sums = texelFetch(pooled, pixel, 0);
-        float explained = max(sums.r, 0.0) / max(sums.a, kLeastReach);
-        own.g = min(own.g, max(own.r, 0.0) + kMostUnexplained * explained);
-        imageStore(terms, pixel, own);
-        return;
-    }
     vec4 one = texelFetch(first, pixel, 0);
     vec3 two = texelFetch(second, pixel, 0).rgb;
     float radiance = squarable_luminance(texelFetch(surroundings, pixel, 0).rgb);

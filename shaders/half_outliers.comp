@@ -9,8 +9,7 @@ layout(rgba32f) writeonly uniform image2D outliers;  // rg: share of the excess 
 
 #include "shaders/lib/halves.glsl"
 
-const float kOwnWeight = 1.0 / 49.0;  // weight of the pixel itself in `around`, (kAroundRadius + 1)^-2
-// An outlier's luminance over that of the mean of the pixels around it.
+// An outlier's luminance over that of the mean around it.
 const float kMostOfMean = HALFLIGHT_PREVIEW != 0 ? 5.0 : 10.0;
 
 // Returns the share of a value that exceeds `most`.
@@ -25,10 +24,9 @@ void main() {
     vec4 one = texelFetch(first, pixel, 0);
     vec4 two = texelFetch(second, pixel, 0);
     vec4 sums = texelFetch(around, pixel, 0);
-    vec3 mean = mean_of(one, two);
-    vec4 others = max(sums - kOwnWeight * vec4(mean, one.a > 0.0 ? 1.0 : 0.0), vec4(0.0));
-    float most = kMostOfMean * luminance_of(others.rgb / max(others.a, kLeastReach));
+    float most = kMostOfMean * luminance_of(sums.rgb / max(sums.a, kLeastReach));
     vec2 shares = vec2(excess(one.rgb, most), excess(two.rgb, most));
+    vec3 mean = mean_of(one, two);
     vec2 terms = change_terms(-shares.x * one.rgb, -shares.y * two.rgb, two.rgb - one.rgb, one.a,
                               1.0 / max(luminance_of(mean), kLeastLight));
     imageStore(outliers, pixel, one.a > 0.0 ? vec4(shares, terms) : vec4(0.0));

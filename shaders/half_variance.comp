@@ -3,8 +3,8 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 
 uniform sampler2D first;
-uniform sampler2D noise;   // shaders/half_noise.comp writes it
-uniform sampler2D pooled;  // weighted sum of `noise`
+uniform sampler2D second;
+uniform sampler2D noise;  // r: weighted sum of half the squared difference; a: sum of the weights
 layout(rgba32f) writeonly uniform image2D light;
 
 #include "shaders/lib/halves.glsl"
@@ -16,10 +16,10 @@ const float kLeastRelativeVariance = 1e-5;
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(pixel, imageSize(light)))) return;
-    float share = texelFetch(first, pixel, 0).a;
-    vec4 own = texelFetch(noise, pixel, 0);
-    vec4 sums = texelFetch(pooled, pixel, 0);
-    float mean = mix(own.g, own.r, share);
-    float variance = sums.b / max(sums.a, kLeastReach) + kLeastVariance + kLeastRelativeVariance * mean * mean;
-    imageStore(light, pixel, vec4(own.rg, variance, share));
+    vec4 one = texelFetch(first, pixel, 0);
+    vec4 two = texelFetch(second, pixel, 0);
+    vec4 sums = texelFetch(noise, pixel, 0);
+    float mean = squarable_luminance(mean_of(one, two));
+    float variance = sums.r / max(sums.a, kLeastReach) + kLeastVariance + kLeastRelativeVariance * mean * mean;
+    imageStore(light, pixel, vec4(squarable_luminance(one.rgb), squarable_luminance(two.rgb), variance, one.a));
 }

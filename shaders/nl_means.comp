@@ -5,16 +5,13 @@
 // A work group filters a tile. For each offset within the window it compares all pixels of the tile with those at the
 // offset, and sums the differences over patches by columns and rows.
 const int kTile = 32;     // width and height of the tile, pixels
-const bool kSparse = HALFLIGHT_SPARSE != 0;
-const int kPatch = kSparse ? 1 : 3;   // radius of patches, pixels
-const int kWindow = kSparse ? 2 : 7;  // radius of the window, multiples of the distance of offsets
-uniform int stride;                    // distance of the offsets, pixels
-uniform float strength;                // k of equation 2; larger values blur more
-// A pixel weighs as much as the other pixel that is most like it, and at least this, (0, 1]. With 1, as in the
-// literature, pixels that are like no others stay as they are: details, but also outliers and pixels of edges.
-uniform float least_own;
+const bool kPreview = HALFLIGHT_PREVIEW != 0;
+const int kPatch = kPreview ? 1 : 3;   // radius of patches, pixels
+const int kWindow = kPreview ? 2 : 7;  // radius of the window, multiples of the distance of offsets
+uniform int stride;                    // previews: distance of the offsets, pixels; else it is 1
 const int kOwn = 4;       // number of pixels in a row that an invocation filters
 const int kWide = kTile + 2 * kPatch;
+const float kStrength = 0.4;   // k of equation 2; larger values blur more
 // Share of the variance of a noisier pixel that explains differences from it. With 0, as in equation 2, bright pixels
 // give light to dark ones that do not take it; with 1, dark pixels take too much. In between, the light is kept to 1 %.
 const float kBrighter = 0.4;
@@ -42,7 +39,7 @@ vec2 difference(ivec2 p, ivec2 q, ivec2 size) {
     // Half the squared difference of the halves is the variance of either if they have as many samples.
     vec2 parts = 2.0 * vec2(1.0 - own.a, own.a);
     vec2 noise = parts * (own.b + mix(min(own.b, other.b), other.b, kBrighter));
-    vec2 scale = parts * (own.b + other.b) * strength * strength;
+    vec2 scale = parts * (own.b + other.b) * kStrength * kStrength;
     bool both = own.a > 0.0 && other.a > 0.0;
     return both ? min((between * between - noise) / scale, vec2(kMostApart)) : vec2(0.0);
 }
@@ -51,7 +48,7 @@ vec2 difference(ivec2 p, ivec2 q, ivec2 size) {
 
 // Returns the sums over the patches of the pixels that an invocation filters, along rows or columns.
 vec2[kOwn] patch_sums(vec2 v[kOwn + 2 * kPatch]) {
-#if HALFLIGHT_SPARSE
+#if HALFLIGHT_PREVIEW
     return vec2[](v[0] + v[1] + v[2], v[1] + v[2] + v[3], v[2] + v[3] + v[4], v[3] + v[4] + v[5]);
 #else
     // The sums start with what they share.
@@ -70,8 +67,7 @@ void main() {
     vec4 own_albedo[kOwn];
     vec3 own_first[kOwn], own_second[kOwn];
     vec3 sum_first[kOwn], sum_second[kOwn];  // weighted sums of differences from the pixel's own light
-    vec2 weights[kOwn];                      // sums of weights, without the pixel's own
-    vec2 most[kOwn];                         // largest of these weights
+    vec2 weights[kOwn];                      // sums of weights
     for (int k = 0; k < kOwn; ++k) {
         ivec2 pixel = min(from + ivec2(k, 0), size - 1);
         own_guide[k] = texelFetch(guide, pixel, 0);
@@ -80,11 +76,11 @@ void main() {
         own_second[k] = texelFetch(second, pixel, 0).rgb;
         sum_first[k] = vec3(0.0);
         sum_second[k] = vec3(0.0);
-        weights[k] = most[k] = vec2(0.0);
+        weights[k] = vec2(0.0);
     }
     for (int oy = -kWindow; oy <= kWindow; ++oy) {
         for (int ox = -kWindow; ox <= kWindow; ++ox) {
-            ivec2 offset = stride * ivec2(ox, oy);
+            ivec2 offset = (kPreview ? stride : 1) * ivec2(ox, oy);
             for (int y = local.y; y < kWide; y += kTile) {
                 for (int x = local.x; x < kWide; x += kTile / kOwn) {
                     ivec2 p = corner + ivec2(x, y) - kPatch;
@@ -114,19 +110,18 @@ void main() {
                 float alike = likeness(own_guide[k], own_albedo[k], texelFetch(guide, q, 0),
                                        texelFetch(reflectance, q, 0));
                 vec2 weight = exp(-max(patches[k] / float((2 * kPatch + 1) * (2 * kPatch + 1)), vec2(0.0)));
-                weight *= inside && other_first.a > 0.0 && offset != ivec2(0) ? alike : 0.0;
+                weight *= inside && other_first.a > 0.0 ? alike : 0.0;
                 // The second half decides about the first one, and the first half about the second one.
                 sum_first[k] += weight.y * (other_first.rgb - own_first[k]);
                 sum_second[k] += weight.x * (other_second - own_second[k]);
                 weights[k] += weight.yx;
-                most[k] = max(most[k], weight.yx);
             }
         }
     }
     for (int k = 0; k < kOwn; ++k) {
         ivec2 pixel = from + ivec2(k, 0);
         if (any(greaterThanEqual(pixel, size))) continue;
-        vec2 scale = 1.0 / (weights[k] + max(most[k], vec2(least_own)));
+        vec2 scale = 1.0 / max(weights[k], vec2(1e-20));
         float share = texelFetch(first, pixel, 0).a;
         imageStore(filtered_first, pixel, vec4(own_first[k] + scale.x * sum_first[k], share));
         imageStore(filtered_second, pixel, vec4(own_second[k] + scale.y * sum_second[k], share));

@@ -19,28 +19,14 @@ constexpr int kTile = 32;  // width and height of the tile of a work group of sh
 constexpr int kNoiseRadius = 2, kAroundRadius = 6, kSpreadRadius = 11, kErrorRadius = 14, kPoolRadius = 4;
 // Radii of the neighbourhoods that keep their light. Discs of blurred highlights are small.
 constexpr int kKeptRadius = 6, kBlurredKeptRadius = 4;
-// Weight of tails in what counts as noise where light is kept (by_chance of shaders/half_kept.comp). Light that few
-// paths find has long tails, and its noise would be seen as smudges.
-constexpr float kByChance = 1, kIndirectByChance = 4;
-// Share of the noise of losses that counts where light is kept, outside of indirect diffuse light. Highlights lose more
-// light by taking losses for noise than calm surfaces gain.
-constexpr float kShareOfNoise = 0.3f;
-// Least weight of a pixel's own light. In indirect diffuse light, a pixel that is like no other is an outlier, or lies
-// on an edge whose pixels show different shares of two surfaces. In other light it may be a detail.
-constexpr float kLeastOwnIndirect = 0.0025f, kLeastOwn = 1;
 const gpu::Defines kOfPreview = {{"HALFLIGHT_PREVIEW", "1"}};
-const gpu::Defines kSparse = {{"HALFLIGHT_SPARSE", "1"}};  // kernels of sparse_means()
-const gpu::Defines kLimited = {{"HALFLIGHT_LIMITED", "1"}};
-constexpr float kPreviewStrength = 0.4f;
 constexpr std::array kPreviewStrides = {1, 2, 4};  // distances of the pixels that the preview's filters read, pixels
 // Two measures against noise of indirect diffuse light that is wider than the patches of the filter. Other light has
-// details that they would blur. Further, small filters cost a fiftieth of the first one each. The last one has no gaps:
-// they would be seen as a lattice, because a filter with gaps makes pixels like every other one only. Shares of
-// filtered light from kWholeIndirect on count as 1, because they are as noisy as the errors that they follow from.
-// Shares just below 1 leave noise that weighs more than the error of the filter.
-constexpr std::array kWideStrides = {2, 1};  // distances of the pixels that the filters read, pixels
-constexpr float kWideStrength = 0.5f;
-constexpr int kWideNoiseRadius = 4;  // filtered noise is similar over several pixels
+// details that they would blur. A second, small filter has gaps as in previews, and costs a fiftieth of the first one.
+// Shares of filtered light from kWholeIndirect on count as 1, because they are as noisy as the errors that they follow
+// from. Shares just below 1 leave noise that weighs more than the error of the filter. Together, the measures lower the
+// squared error of the room by a quarter (16 samples).
+constexpr int kSecondStride = 2;  // pixels
 constexpr float kWholeIndirect = 0.8f;
 
 void dispatch(const gpu::Program& program, const gpu::TextureDesc& picture, int tile = 8) {
@@ -108,10 +94,7 @@ float squares_of_triangle(int radius) {
 struct CalmLight {
     TextureHandle first, second;  // the members of LightHalves
     TextureHandle spread;         // rgb: light of fireflies over albedo, spread
-    // rg: weighted sum of the luminance of the halves, without outliers; a: sum of the weights. Empty: the halves have
-    // no outliers
-    TextureHandle levels{};
-    bool over_frames = false;  // means over frames; a of `spread` is the share of these means
+    bool over_frames = false;     // means over frames; a of `spread` is the share of these means
 };
 
 TextureHandle albedo_of(const DenoiserPixels& pixels, FilteredLight component) {
@@ -149,7 +132,6 @@ CalmLight add_calm(graph::Graph& graph, const LightHalves& own, TextureHandle al
                        {"outliers", outliers},
                        {"pooled", add_triangle(graph, outliers, kNoiseRadius)}},
                       {"calm_first", "calm_second", "removed", "levels"});
-    const TextureHandle levels_around = add_triangle(graph, levels, kAroundRadius);
     using Reads = std::initializer_list<std::pair<const char*, TextureHandle>>;
     const auto run = [&graph](const gpu::Defines& variant, Reads reads) {
         return add_kernel<1>(graph, "denoiser: spread", "shaders/half_spread.comp", reads, {"made"}, 8, {}, variant)[0];
@@ -160,29 +142,26 @@ CalmLight add_calm(graph::Graph& graph, const LightHalves& own, TextureHandle al
                              {"albedo", albedo},
                              {"levels", levels},
                              {"few_levels", add_triangle(graph, levels, kNoiseRadius)},
-                             {"more_levels", levels_around},
+                             {"more_levels", add_triangle(graph, levels, kAroundRadius)},
                              {"around", around}})
                       : run({{"HALFLIGHT_RECEIVERS", "1"}}, {{"removed", removed}, {"albedo", albedo}});
     const TextureHandle quotients =
         run({{"HALFLIGHT_EXCESS", "1"}},
             {{"removed", removed}, {"albedo", albedo}, {"reach", add_spread(graph, receivers)}});
     const TextureHandle spread = add_spread(graph, quotients);
-    return {first, second, in_proportion ? run({}, {{"receivers", receivers}, {"quotients", spread}}) : spread,
-            levels_around};
+    return {first, second, in_proportion ? run({}, {{"receivers", receivers}, {"quotients", spread}}) : spread};
 }
 
-/// Returns the halves, filtered. noise_radius: of the triangle over which variances are averaged, pixels.
+/// Returns the halves, filtered. preview_stride: distance of the pixels of the preview's window; 0: the window of final
+/// pictures.
 CalmLight add_non_local_means(graph::Graph& graph, const CalmLight& calm, const Guides& guides,
-                              const MeansKernel& kernel, int noise_radius = kNoiseRadius) {
-    const std::pair<const char*, TextureHandle> halves[] = {{"first", calm.first}, {"second", calm.second}};
-    const auto [noise] =
-        calm.levels
-            ? add_kernel<1>(graph, "denoiser: noise", "shaders/half_noise.comp",
-                            {halves[0], halves[1], {"around", calm.levels}}, {"noise"}, 8, {}, kLimited)
-            : add_kernel<1>(graph, "denoiser: noise", "shaders/half_noise.comp", {halves[0], halves[1]}, {"noise"});
+                              int preview_stride = 0) {
+    const auto [noise] = add_kernel<1>(graph, "denoiser: noise", "shaders/half_noise.comp",
+                                       {{"first", calm.first}, {"second", calm.second}}, {"noise"});
     const auto [light] = add_kernel<1>(
         graph, "denoiser: variance", "shaders/half_variance.comp",
-        {{"first", calm.first}, {"noise", noise}, {"pooled", add_triangle(graph, noise, noise_radius)}}, {"light"});
+        {{"first", calm.first}, {"second", calm.second}, {"noise", add_triangle(graph, noise, kNoiseRadius)}},
+        {"light"});
     const std::pair<const char*, TextureHandle> reads[] = {{"light", light},
                                                            {"first", calm.first},
                                                            {"second", calm.second},
@@ -195,33 +174,31 @@ CalmLight add_non_local_means(graph::Graph& graph, const CalmLight& calm, const 
         pass.write(graph.create_texture("filtered_first", desc), Access::image_write, "filtered_first");
     const TextureHandle second =
         pass.write(graph.create_texture("filtered_second", desc), Access::image_write, "filtered_second");
+    const bool preview = preview_stride > 0;
     const bool natively = gpu::renders_on_processor();
-    if (!natively) pass.kernel({"shaders/nl_means.comp", kernel.patch == 1 ? kSparse : gpu::Defines()});
+    if (!natively) pass.kernel({"shaders/nl_means.comp", preview ? kOfPreview : gpu::Defines()});
     pass.execute([=, inputs = std::to_array(reads)](graph::Resources& r) {
         if (natively) {
             interruption_point();
             std::array<std::vector<float>, 5> pictures;
             for (std::size_t i = 0; i < pictures.size(); ++i) pictures[i] = r.texture(inputs[i].second).read_float();
             std::vector<float> one(pictures[0].size()), two(pictures[0].size());
-            filter_natively(kernel, {desc.width, desc.height},
+            filter_natively(preview ? preview_means(preview_stride) : kFinalMeans, {desc.width, desc.height},
                             {pictures[0], pictures[1], pictures[2], pictures[3], pictures[4]}, {one, two});
             r.texture(first).upload(one);
             r.texture(second).upload(two);
             return;
         }
         const gpu::Program& program = r.kernel();
-        program.set("stride", kernel.stride);
-        program.set("strength", kernel.strength);
-        program.set("least_own", kernel.least_own);
+        if (preview) program.set("stride", preview_stride);
         dispatch(program, desc, kTile);
     });
-    return {first, second, calm.spread, {}, calm.over_frames};
+    return {first, second, calm.spread, calm.over_frames};
 }
 
-/// Returns the terms of the best share of new halves (change_terms() of shaders/lib/halves.glsl), averaged. limited:
-/// limits the influence of single pixels, which are no details in diffuse light.
+/// Returns the terms of the best share of new halves (change_terms() of shaders/lib/halves.glsl), averaged.
 TextureHandle add_errors(graph::Graph& graph, const CalmLight& calm, TextureHandle new_first, TextureHandle new_second,
-                         TextureHandle albedo, TextureHandle surroundings, bool limited) {
+                         TextureHandle albedo, TextureHandle surroundings) {
     const auto [terms] = add_kernel<1>(graph, "denoiser: errors", "shaders/half_errors.comp",
                                        {{"first", calm.first},
                                         {"second", calm.second},
@@ -230,18 +207,13 @@ TextureHandle add_errors(graph::Graph& graph, const CalmLight& calm, TextureHand
                                         {"albedo", albedo},
                                         {"surroundings", surroundings}},
                                        {"terms"});
-    if (!limited) return add_triangle(graph, terms, kErrorRadius);
-    const auto [limited_terms] = add_kernel<1>(
-        graph, "denoiser: errors", "shaders/half_errors.comp",
-        {{"whole_terms", terms}, {"pooled", add_triangle(graph, terms, kErrorRadius)}}, {"terms"}, 8, {}, kLimited);
-    return add_triangle(graph, limited_terms, kErrorRadius);
+    return add_triangle(graph, terms, kErrorRadius);
 }
 
 /// Returns filtered light with the light that the filter has lost, in each neighbourhood (shaders/half_kept.comp).
-/// radius: of the neighbourhoods, pixels. by_chance: weight of tails in what counts as noise, of
-/// which only a share counts.
+/// radius: of the neighbourhoods, pixels.
 CalmLight add_kept_light(graph::Graph& graph, const CalmLight& calm, const CalmLight& filtered, TextureHandle albedo,
-                         int radius, float by_chance, float share_of_noise) {
+                         int radius) {
     const auto [light] = add_kernel<1>(graph, "denoiser: kept light", "shaders/half_kept.comp",
                                        {{"first", filtered.first}, {"second", filtered.second}, {"albedo", albedo}},
                                        {"made"}, 8, {}, {{"HALFLIGHT_LIGHT", "1"}});
@@ -252,17 +224,11 @@ CalmLight add_kept_light(graph::Graph& graph, const CalmLight& calm, const CalmL
                                        {"light", light},
                                        {"around", add_triangle(graph, light, radius)}},
                                       {"made"}, 8, {}, {{"HALFLIGHT_LOST", "1"}});
-    const auto [first, second] =
-        add_kernel<2>(graph, "denoiser: kept light", "shaders/half_kept.comp",
-                      {{"first", filtered.first},
-                       {"second", filtered.second},
-                       {"gains", add_triangle(graph, lost, radius)},
-                       {"more_gains", add_triangle(graph, lost, kErrorRadius)}},
-                      {"made", "made_second"}, 8, [=](const gpu::Program& program) {
-                          program.set("pooled_squares", share_of_noise * squares_of_triangle(radius));
-                          program.set("by_chance", by_chance);
-                      });
-    return {first, second, filtered.spread, {}, filtered.over_frames};
+    const auto [first, second] = add_kernel<2>(
+        graph, "denoiser: kept light", "shaders/half_kept.comp",
+        {{"first", filtered.first}, {"second", filtered.second}, {"gains", add_triangle(graph, lost, radius)}},
+        {"made", "made_second"});
+    return {first, second, filtered.spread, filtered.over_frames};
 }
 
 /// Returns light whose halves are means over this frame and its neighbours. surroundings: rgb: smoothed picture.
@@ -311,7 +277,7 @@ CalmLight add_neighbours(graph::Graph& graph, const DenoiserPixels& pixels, Filt
     }
     if (frames == 1) return own;
     const TextureHandle errors =
-        add_errors(graph, own, mean.first, mean.second, albedo_of(pixels, component), surroundings, false);
+        add_errors(graph, own, mean.first, mean.second, albedo_of(pixels, component), surroundings);
     const auto [first, second, spread] = add_kernel<3>(graph, "denoiser: neighbours", "shaders/neighbour_mean.comp",
                                                        {{"first", own.first},
                                                         {"second", own.second},
@@ -321,7 +287,7 @@ CalmLight add_neighbours(graph::Graph& graph, const DenoiserPixels& pixels, Filt
                                                         {"mean_spread", mean.spread},
                                                         {"errors", errors}},
                                                        {"steady_first", "steady_second", "steady_spread"});
-    return {first, second, spread, own.levels, true};
+    return {first, second, spread, true};
 }
 
 /// Adds the share of a component to the picture that earlier components have left. surroundings: rgb: smoothed mean.
@@ -335,14 +301,11 @@ DenoisedPicture add_component(graph::Graph& graph, const DenoiserPixels& pixels,
                                           add_calm(graph, own, albedo, in_proportion(component)));
     const Guides guides = guides_of(pixels, component);
     const bool wide = component == FilteredLight::indirect_diffuse;
-    CalmLight means = add_non_local_means(graph, calm, guides, final_means(wide ? kLeastOwnIndirect : kLeastOwn));
-    for (const int stride : wide ? std::span<const int>(kWideStrides) : std::span<const int>())
-        means = add_non_local_means(graph, means, guides, sparse_means(stride, kWideStrength, kLeastOwnIndirect),
-                                    kWideNoiseRadius);
+    CalmLight means = add_non_local_means(graph, calm, guides);
+    if (wide) means = add_non_local_means(graph, means, guides, kSecondStride);
     const CalmLight filtered =
-        add_kept_light(graph, calm, means, albedo, pixels.blurred ? kBlurredKeptRadius : kKeptRadius,
-                       wide ? kIndirectByChance : kByChance, wide ? 1 : kShareOfNoise);
-    const TextureHandle errors = add_errors(graph, calm, filtered.first, filtered.second, albedo, surroundings, wide);
+        add_kept_light(graph, calm, means, albedo, pixels.blurred ? kBlurredKeptRadius : kKeptRadius);
+    const TextureHandle errors = add_errors(graph, calm, filtered.first, filtered.second, albedo, surroundings);
 
     const gpu::TextureDesc desc = graph.desc(pixels.mean);
     graph::Pass pass = graph.add_pass("denoiser: blend");
@@ -498,8 +461,7 @@ DenoiserPixels add_lens_blur(graph::Graph& graph, const DenoiserPixels& pixels, 
 FilteredHalves add_preview_filter(graph::Graph& graph, const LightHalves& own, TextureHandle guide,
                                   TextureHandle albedo) {
     CalmLight light = add_calm(graph, own, albedo, false, kOfPreview);
-    for (const int stride : kPreviewStrides)
-        light = add_non_local_means(graph, light, {guide, albedo}, sparse_means(stride, kPreviewStrength, 1));
+    for (const int stride : kPreviewStrides) light = add_non_local_means(graph, light, {guide, albedo}, stride);
     return {light.first, light.second, light.spread};
 }
 

@@ -19,9 +19,9 @@ using D = hn::ScalableTag<float>;
 using V = hn::Vec<D>;
 
 // The constants are those of shaders/nl_means.comp and lib/surface_likeness.glsl.
-constexpr float kBrighter = 0.4f, kMostApart = 1e4f;
+constexpr float kStrength = 0.4f, kBrighter = 0.4f, kMostApart = 1e4f;
 constexpr float kNormals = 1 / 0.09f, kAlbedos = 1 / 0.25f, kDepths = 1 / 0.04f, kMirrors = 1 / 0.25f;
-constexpr float kNoWeight = 30;  // exp(-30) is no weight beside that of the pixel itself
+constexpr float kNoWeight = 30;  // exp(-30) is no weight beside that of the pixel itself, which is 1
 
 constexpr int kWide = kMeansTileWidth + 2 * kMostPatch + 16;  // width of a row of differences, with the last register
 
@@ -36,13 +36,12 @@ HWY_INLINE V square(V v) {
 struct Scratch {
     HWY_ALIGN float apart[2][kMeansTileHeight + 2 * kMostPatch][kWide];  // differences of pixels, by half
     HWY_ALIGN float columns[2][kWide];                                   // sums over the columns of a row's patches
-    // Sums of differences from own light, by half and channel, and of weights by half; largest weight by half.
-    HWY_ALIGN float sums[10][kMeansTileHeight][kMeansTileWidth];
+    HWY_ALIGN float sums[8][kMeansTileHeight][kMeansTileWidth];  // differences from own light, by channel; weights
 };
 
 /// Computes a row of differences of pixels and those at an offset (difference() of the shader).
-HWY_INLINE void difference_row(const MeansPlanes& p, std::ptrdiff_t own, std::ptrdiff_t offset, int count,
-                               float strength, float* one, float* two) {
+HWY_INLINE void difference_row(const MeansPlanes& p, std::ptrdiff_t own, std::ptrdiff_t offset, int count, float* one,
+                               float* two) {
     const D d;
     const int lanes = static_cast<int>(hn::Lanes(d));
     const V most = hn::Set(d, kMostApart), zero = hn::Zero(d), unit = hn::Set(d, 1.0f), two_parts = hn::Set(d, 2.0f);
@@ -53,7 +52,7 @@ HWY_INLINE void difference_row(const MeansPlanes& p, std::ptrdiff_t own, std::pt
         const V share = plane(kShare, at_own);
         const V noise = hn::Add(variance, hn::MulAdd(hn::Set(d, 1 - kBrighter), hn::Min(variance, other),
                                                      hn::Mul(hn::Set(d, kBrighter), other)));
-        const V scale = hn::Div(unit, hn::Mul(hn::Add(variance, other), hn::Set(d, strength * strength)));
+        const V scale = hn::Div(unit, hn::Mul(hn::Add(variance, other), hn::Set(d, kStrength * kStrength)));
         const V floor = hn::Mul(noise, scale);
         const auto both = hn::And(hn::Gt(share, zero), hn::Gt(plane(kShare, at_other), zero));
         const auto apart = [&](MeansPlane luminance, V parts) HWY_ATTR {
@@ -106,12 +105,11 @@ void filter_rows(const MeansPlanes& p, const MeansKernel& kernel, ivec2 corner, 
         for (int y = 0; y < rows; ++y) std::fill_n(plane[y], kMeansTileWidth, 0.0f);
     for (int oy = -kernel.window; oy <= kernel.window; ++oy) {
         for (int ox = -kernel.window; ox <= kernel.window; ++ox) {
-            if (ox == 0 && oy == 0) continue;
             const std::ptrdiff_t offset = p.step(kernel.stride * ivec2(ox, oy));
             const int wide = kMeansTileWidth + 2 * kPatch;
             for (int y = 0; y < rows + 2 * kPatch; ++y)
-                difference_row(p, p.step(corner + ivec2(-kPatch, y - kPatch)), offset, wide, kernel.strength,
-                               s.apart[0][y], s.apart[1][y]);
+                difference_row(p, p.step(corner + ivec2(-kPatch, y - kPatch)), offset, wide, s.apart[0][y],
+                               s.apart[1][y]);
             for (int y = 0; y < rows; ++y) {
                 sum_columns<kPatch>(s.apart[0] + y, wide, s.columns[0]);
                 sum_columns<kPatch>(s.apart[1] + y, wide, s.columns[1]);
@@ -135,8 +133,6 @@ void filter_rows(const MeansPlanes& p, const MeansKernel& kernel, ivec2 corner, 
                         }
                         float* const sum = s.sums[6 + half][y] + x;
                         hn::Store(hn::Add(hn::Load(d, sum), weights[half]), d, sum);
-                        float* const most = s.sums[8 + half][y] + x;
-                        hn::Store(hn::Max(hn::Load(d, most), weights[half]), d, most);
                     }
                 }
             }
@@ -155,7 +151,7 @@ void filter_tile(const MeansPlanes& p, const MeansKernel& kernel, ivec2 corner, 
                                            static_cast<std::size_t>(corner.x + x));
             for (int half = 0; half < 2; ++half) {
                 float* const out = (half == 0 ? to.first : to.second).data() + texel;
-                const float scale = 1 / (s.sums[6 + half][y][x] + std::max(s.sums[8 + half][y][x], kernel.least_own));
+                const float scale = 1 / std::max(s.sums[6 + half][y][x], 1e-20f);
                 for (int c = 0; c < 3; ++c)
                     out[c] =
                         p.row(static_cast<MeansPlane>(kLight + 3 * half + c))[own] + scale * s.sums[3 * half + c][y][x];

@@ -11,21 +11,14 @@ namespace halflight {
 
 /// Kernel of non-local means. Offsets are (stride x, stride y) with |x|, |y| <= window.
 struct MeansKernel {
-    int patch;       // radius of patches, pixels: 1 or 3
-    int window;      // radius of the window, multiples of stride
-    int stride;      // distance of the offsets, pixels; window * stride <= kMostOffset
-    float strength;  // k of equation 2 of Rousselle et al. 2012; larger values blur more
-    // Least weight of a pixel's own light, (0, 1]. A pixel weighs as much as the other pixel that is most like it, but
-    // at least this much.
-    float least_own;
+    int patch;   // radius of patches, pixels: 1 or 3
+    int window;  // radius of the window, multiples of stride
+    int stride;  // distance of the offsets, pixels; window * stride <= kMostOffset
 };
 inline constexpr int kMostOffset = 8;
-constexpr MeansKernel final_means(float least_own) {
-    return {3, 7, 1, 0.4f, least_own};
-}
-/// Returns a kernel of small patches, whose window has gaps if the stride is above 1.
-constexpr MeansKernel sparse_means(int stride, float strength, float least_own) {
-    return {1, 2, stride, strength, least_own};
+inline constexpr MeansKernel kFinalMeans{3, 7, 1};
+constexpr MeansKernel preview_means(int stride) {
+    return {1, 2, stride};
 }
 
 /// Pictures of size.x * size.y texels, first row first: the textures of shaders/nl_means.comp.

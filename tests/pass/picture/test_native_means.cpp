@@ -68,11 +68,9 @@ class NativeMeansTest : public GpuTest {
         graph.output(pass.write(graph.import_texture("second", second), Access::image_write, "filtered_second"));
         pass.execute([&](graph::Resources& r) {
             gpu::Defines defines;
-            if (kernel.patch == 1) defines.set("HALFLIGHT_SPARSE");
+            if (kernel.patch == 1) defines.set("HALFLIGHT_PREVIEW");
             const gpu::Program& program = r.kernel({"shaders/nl_means.comp", defines});
-            program.set("stride", kernel.stride);
-            program.set("strength", kernel.strength);
-            program.set("least_own", kernel.least_own);
+            if (kernel.patch == 1) program.set("stride", kernel.stride);
             program.dispatch(static_cast<std::uint32_t>((p.size.x + 31) / 32),
                              static_cast<std::uint32_t>((p.size.y + 31) / 32));
         });
@@ -88,8 +86,7 @@ TEST_F(NativeMeansTest, EqualTheShaderUpToRounding) {
     const std::pair<ivec2, float> pictures[] = {{{1, 1}, 1.0f},     {{5, 3}, 1.0f},   {{64, 16}, 1.0f},
                                                 {{65, 17}, 1e-12f}, {{65, 17}, 1.0f}, {{65, 17}, 1e12f},
                                                 {{100, 70}, 1.0f}};
-    for (const MeansKernel& kernel : {final_means(1), final_means(0.01f), sparse_means(1, 1, 0.01f),
-                                      sparse_means(2, 0.4f, 1), sparse_means(4, 1, 1)}) {
+    for (const MeansKernel& kernel : {kFinalMeans, preview_means(1), preview_means(2), preview_means(4)}) {
         for (const auto& [size, brightness] : pictures) {
             const Pictures p = noisy(size, brightness);
             const auto ours = native(p, kernel), theirs = by_shader(p, kernel);
