@@ -80,8 +80,6 @@ RenderResult Renderer::render(const ProgressCallback& progress) {
 
 void Renderer::follow_camera(const Camera& camera) {
     if (state().options.lens == camera.lens.blurs() && state().options.optics == camera.optics.traced()) return;
-    // Throws for a method that cannot show the picture, as long as the state is whole.
-    resolved(state().asked.primary, 0, ivec2(1), shown_by_tracing(camera.optics, camera.lens.blurs(), false));
     std::unique_ptr<State> last = std::move(state_);  // destroyed if this function throws
     RenderSettings asked = last->asked;
     asked.camera = camera;
@@ -97,7 +95,8 @@ RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback
 RenderResult Renderer::render(const FrameSettings& wanted, const PictureInputs& inputs,
                               const ProgressCallback& progress) {
     state().scene.check_usable();
-    check_settings(state().settings, wanted,
+    // Those of the caller: what the last camera resolved, such as primary visibility, holds for that camera only.
+    check_settings(state().asked, wanted,
                    {.shutter = bool(inputs.pose), .checkpoint = inputs.checkpoint != nullptr});
     const Stopwatch watch;
     follow_camera(wanted.camera);
