@@ -6,6 +6,7 @@
 #include "shaders/lib/material.glsl"
 #include "shaders/lib/bsdf.glsl"
 #include "shaders/lib/occlusion.glsl"
+#include "shaders/lib/panes.glsl"
 #include "shaders/lib/sized_lights.glsl"
 #include "shaders/shared/path_state.h"
 #include "shaders/shared/reuse_groups.h"
@@ -23,6 +24,8 @@ OPTIONAL(HALFLIGHT_SCATTERED) layout(std430) buffer Hits { Hit hits[]; };
 OPTIONAL(HALFLIGHT_SCATTERED) layout(std430) buffer States { PathState states[]; };
 OPTIONAL(HALFLIGHT_SCATTERED && HALFLIGHT_SIZED_LIGHTS) layout(std430) buffer MetLamps { MetLamp met_lamps[]; };
 
+uniform samplerBuffer media;  // RGBA32F: media of scattered rays, with solid panes
+
 // Panes on a ray, at most. Rays through more count as unfinished.
 const uint kMostPanes = 255u;
 
@@ -37,6 +40,13 @@ void main() {
     vec3 direction = normalize(ray.direction);
     vec3 share = vec3(1.0);
     uint panes = 0u;  // panes passed
+    float unit = length(ray.direction);
+    SolidPanes solids = SolidPanes(ray.t_min > 0.0, 0u, vec3(0.0), vec3(0.0), 0.0);
+    if (kScattered && kSolidPanes) solids.began_inside = endless_way(texelFetch(media, int(path))) > 0.0;
+    // What mirrors and clear glass show of solids is bent.
+    bool bends = false;
+    if (kScattered && kSolidPanes) bends = states[path].pdf == 0.0;
+    bool by_chance = false;  // the ray stops at a pane that it might have passed
     bool goes_on = false;
     do {
         Hit hit = traverse(ray, random, false);
@@ -48,19 +58,28 @@ void main() {
         Surface surface = surface_at(hit, ray.direction);
         Material material = evaluate_material(surface, -direction);
         material.channel = 0;  // panes do not disperse
-        vec3 passed = straight_transmission(make_bsdf(material, surface.geometric_normal, -direction));
+        Bsdf b = make_bsdf(material, surface.geometric_normal, -direction);
+        vec3 passed = straight_transmission(b, -direction);
+        bool leaves = kSolidPanes && b.thickness < 0.0;
+        bool has_entered = solids.entered > 0u;
+        if (kSolidPanes && ((leaves && !has_entered && solids.began_inside) || (bends && b.eta > 0.0)))
+            passed = vec3(0.0);
         if (kScattered) {
-            float chance = pane_chance(passed);
+            // Rays that have entered a solid pass its other side, too.
+            float chance = leaves && has_entered && passed != vec3(0.0) ? 1.0 : pane_chance(passed);
             stops = goes_on && finished && sample_1d(random, panes) >= chance;
+            by_chance = stops && chance > 0.0;
             if (stops) {
                 hit.triangle = triangle_id(hit.triangle);
                 hits[path] = hit;
+                ray.t_max = hit.t;
             }
             goes_on = goes_on && !stops;
             passed /= max(chance, 1e-30);
-            if (kSizedLights && (stops || goes_on) && hit.t * length(ray.direction) < met_lamps[path].distance)
-                met_lamps[path].light *= stops ? vec3(0.0) : passed;
         }
+        if (kSolidPanes && goes_on && finished) passed *= pass_surface(solids, b, hit.t * unit);
+        if (kScattered && kSizedLights && (stops || goes_on) && hit.t * unit < met_lamps[path].distance)
+            met_lamps[path].light *= stops ? vec3(0.0) : passed;
         share = goes_on ? share * passed : share;
         panes += goes_on ? 1u : 0u;
         if (!finished || panes > kMostPanes) {
@@ -74,6 +93,13 @@ void main() {
         ray.t_min = goes_on ? hit.t + surface.offset / along : ray.t_min;
     } while (goes_on && share != vec3(0.0));
 
+    if (kSolidPanes && solids.entered > 0u) {  // the ray ends inside
+        if (kScattered && kSizedLights && met_lamps[path].distance > solids.from)
+            met_lamps[path].light *= transmittance_to_end(solids, met_lamps[path].distance);
+        share *= transmittance_to_end(solids, ray.t_max * unit);
+    }
+    if (kScattered && kSolidPanes)
+        states[path].reuse = (states[path].reuse & ~kReuseMetByChance) | (by_chance ? kReuseMetByChance : 0u);
     if (panes == 0u && share == vec3(1.0)) return;
     if (kScattered) {
         states[path].throughput *= share;

@@ -32,6 +32,7 @@ uniform usamplerBuffer list;    // R32UI: path indices
 uniform usamplerBuffer header;  // RGBA32UI: ListHeader
 uniform samplerBuffer cones;    // RG32F: RayCone of each path
 uniform samplerBuffer media;    // RGBA32F: medium of each path's ray (shaders/lib/medium.glsl)
+uniform usamplerBuffer state_texels;  // RGBA32UI: PathState of each path
 layout(rg32ui) readonly uniform uimage2D visibility;
 uniform uint again_count;  // number of `invocations_again`; 0: all invocations run
 uniform float weight;      // weight of the rays in the mean
@@ -61,6 +62,7 @@ OPTIONAL(HALFLIGHT_REUSE_POINTS) layout(std430) writeonly buffer Points { ReuseP
 #include "shaders/lib/light_of_hit.glsl"
 #include "shaders/lib/material.glsl"
 #include "shaders/lib/path_pixel.glsl"
+#include "shaders/lib/panes.glsl"
 #include "shaders/lib/primary_search.glsl"
 #include "shaders/lib/ray_cone.glsl"
 #include "shaders/lib/ray_texels.glsl"
@@ -152,6 +154,13 @@ void choose_levels(Found f, Surface surface) {
     if (kByChance && in_pane(triangle_row(f.hit.triangle).w)) uv_footprint = vec2(0.0);
 }
 
+// Returns whether the hit is a pane that the ray has met instead of passing it.
+bool met_by_chance(Found f) {
+    bool met = kByChance && f.is_hit && in_pane(triangle_row(f.hit.triangle).w);
+    if (kByChance && kSolidPanes) met = met && (texelFetch(state_texels, int(4u * f.path + 3u)).w & kReuseMetByChance) != 0u;
+    return met;
+}
+
 // Lets the invocation wait for tiles that it misses. Returns whether it misses any.
 bool waits_for_tiles(uint invocation) {
 #if HALFLIGHT_TILE_REQUESTS
@@ -239,10 +248,11 @@ void resolve_surface(Found f, Surface surface, Material material, vec3 emission,
         vec3 light = vec3(1.0);
         if (kDispersion && b.disperses) light = dispersed_light(medium, material.channel);
         one_channel = is_one_channel(medium);
-        if (b.thickness < 0.0) medium = vec4(b.absorption, -b.thickness);  // a ray from inside, whatever its origin knew
+        // A ray from inside, whatever its origin knew. Those that meet panes by chance come from outside.
+        if (b.thickness < 0.0 && !met_pane) medium = vec4(b.absorption, -b.thickness);
         scale_lobes(b, light * transmittance(medium, way));
     }
-    if (met_pane) emission *= make_met_pane(b);
+    if (met_pane) emission *= make_met_pane(b, -f.direction);
     if (catches) make_catcher(b);
     if (f.stores) store_surface(f.path, SurfacePoint(origin, surface.offset, lift, emission, shown, catches), b);
     if (kReusePoints) {
@@ -269,12 +279,12 @@ void main() {
     if (kTileRequests && waits_for_tiles(invocation)) f.stores = false;
     bool catches = met_catcher(f.hit, f.is_hit);
     bool shown = f.is_hit && !catches;
-    bool met_pane = kByChance && f.is_hit && in_pane(triangle_row(f.hit.triangle).w);
+    bool met_pane = met_by_chance(f);
     vec3 emission = met_emission(f, material, shown);
     if (kLastVertex && kByChance) {
         material.channel = 0;  // panes do not disperse
         Bsdf of_pane = make_bsdf(material, surface.geometric_normal, -f.direction);
-        if (met_pane) emission *= make_met_pane(of_pane);
+        if (met_pane) emission *= make_met_pane(of_pane, -f.direction);
     }
     // The ray's medium is that of its origin for emitted light, like that of light samples.
     vec4 medium = kVolume && kList ? texelFetch(media, int(f.path)) : vec4(0.0);

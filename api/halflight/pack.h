@@ -12,6 +12,7 @@ namespace halflight {
 struct PackOptions {
     bool allow_outside = false;                    // lets the scene name files outside its folder
     bool strict = false;                           // refuses scenes that break glTF, or whose images cannot be read
+    bool straight_glass = false;                   // makes pages for SceneEdits::straight_glass
     std::function<void(double share)> progress{};  // called with the share of the work done; may throw to stop
 };
 

@@ -285,6 +285,11 @@ void add_light_edit(SceneEdits& edits, const std::string& source, const std::str
     light_edit(edits, name) = parsed;
 }
 
+bool glass_shadows_of(std::string_view text, const std::string& source) {
+    if (text != "bent" && text != "straight") throw Error(source, "'{}' is neither bent nor straight", text);
+    return text == "straight";
+}
+
 void add_material_edit(SceneEdits& edits, const std::string& source, const std::string& text) {
     constexpr const char* kForm = "NAME.PROPERTY=VALUE";
     const auto [place, value] = split_name(source, text, kForm);

@@ -238,7 +238,9 @@ bool LoadedScene::load_pages(const Log& log, bool again) {
     check_fits(size, choice_.scene, choice_.picture_bytes);
     const bool cached = choice_.pages.empty();
     const auto file =
-        cached ? cached_pages(choice_.scene, parts, {choice_.allow_outside, choice_.strict_scene, choice_.packing}, log)
+        cached ? cached_pages(
+                     choice_.scene, parts,
+                     {choice_.allow_outside, choice_.strict_scene, choice_.edits.straight_glass, choice_.packing}, log)
                : std::make_shared<paging::PageFile>(choice_.pages);
     pages_ = file;
     const paging::PageIndex& index = file->index();
@@ -276,15 +278,15 @@ LoadedScene& LoadedScene::operator=(LoadedScene&&) noexcept = default;
 LoadedScene::~LoadedScene() = default;
 
 void LoadedScene::apply_edits() {
+    if (pages_)
+        check_paged_edits(choice_.edits, scene_, pages_->index(), choice_.scene.string(), choice_.edits_source,
+                          driven_materials_);
     if (!unedited_) {
         if (choice_.edits == SceneEdits()) return;
         unedited_ = std::make_unique<Unedited>();
         unedited_->take_surfaces(scene_);
         unedited_->environment = scene_.environment;
     }
-    if (pages_)
-        check_paged_edits(choice_.edits, scene_, pages_->index(), choice_.scene.string(), choice_.edits_source,
-                          driven_materials_);
     apply(choice_.edits, scene_, tree_, choice_.edits_source);
     separate_.reset();
     if (!choice_.edits.each_light) return;

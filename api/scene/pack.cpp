@@ -20,6 +20,7 @@ paging::PageFileSizes pack_scene(const std::filesystem::path& scene, const std::
     choice.allow_outside = options.allow_outside;
     choice.strict_scene = options.strict;
     GltfOptions gltf = gltf_options(choice);
+    gltf.straight_glass = options.straight_glass;
     std::vector<GltfScene> parts = open_files(scene, gltf);
     paging::ConvertOptions convert;
     if (!is_part_list(scene)) convert.driven_materials = parts[0].driven_materials();
@@ -41,6 +42,7 @@ paging::PageFileSizes pack_scene(const std::filesystem::path& scene, const std::
     convert.memory = std::clamp(ledger.free() / 2, paging::kLeastConvertBytes, kMostBytes);
     convert.expected_triangles = size.drawn;
     convert.files = contents_of(parts);
+    convert.straight_glass = options.straight_glass;
     parts.clear();
     convert.progress = options.progress;
     const paging::PageFileSizes sizes = paging::convert(*source, output, convert);

@@ -37,8 +37,16 @@ void check_no_moved_surfaces(const SceneEdits& edits, const std::string& file) {
 void check_paged_edits(const SceneEdits& edits, const Scene& scene, const paging::PageIndex& index,
                        const std::string& file, const std::string& source, const std::vector<bool>& driven) {
     check_no_moved_surfaces(edits, file);
+    if (edits.straight_glass != index.straight_glass)
+        throw Error(file, "the pages were {} with --glass-shadows straight, and a picture of them needs the same",
+                    index.straight_glass ? "made" : "not made");
     if (edits.materials.empty()) return;
     SceneEdits of_materials;
+    of_materials.straight_glass = index.straight_glass;
+    Scene paged;
+    paged.name = scene.name;
+    paged.materials = scene.materials;
+    apply(of_materials, paged, source);
     of_materials.materials = edits.materials;
     Scene edited;
     edited.name = scene.name;
@@ -46,11 +54,12 @@ void check_paged_edits(const SceneEdits& edits, const Scene& scene, const paging
     apply(of_materials, edited, source);
     for (std::size_t i = 0; i < scene.materials.size(); ++i)
         if (i < index.geometry.used_materials.size() && index.geometry.used_materials[i] &&
-            (is_one_sided(scene.materials[i]) != is_one_sided(edited.materials[i]) ||
-             is_pane(scene.materials[i]) != is_pane(edited.materials[i])))
+            (is_one_sided(paged.materials[i]) != is_one_sided(edited.materials[i]) ||
+             is_pane(paged.materials[i]) != is_pane(edited.materials[i])))
             throw Error(source.empty() ? scene.name : source + ": " + scene.name,
                         "material {}: the pages hold whether its surfaces are seen from both sides and whether light "
-                        "passes them straight on, which edits of double_sided, transmission, thickness or roughness "
+                        "passes them straight on, which edits of double_sided, transmission, thickness, roughness or "
+                        "straight_shadows "
                         "cannot change (--backfaces show shows all)",
                         i);
     for (std::size_t i = 0; i < scene.materials.size(); ++i)

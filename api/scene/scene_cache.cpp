@@ -34,7 +34,8 @@ std::shared_ptr<paging::PageFile> cached_pages(const fs::path& scene, std::span<
                     "needs a page file (--pages): neither XDG_CACHE_HOME nor HOME names a cache for it");
     std::error_code error;
     fs::create_directories(folder, error);
-    const fs::path file = folder / fmt::format("{:016x}-{}.pages", identity_of(parts), paging::kPageFileVersion);
+    const fs::path file = folder / fmt::format("{:016x}-{}{}.pages", identity_of(parts), paging::kPageFileVersion,
+                                               options.straight_glass ? "-straight" : "");
     remove_abandoned({&file, 1});
     std::shared_ptr<paging::PageFile> pages = open_if_made_of(parts, file);
     if (!pages) {

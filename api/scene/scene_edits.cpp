@@ -207,6 +207,8 @@ void apply(const SceneEdits& edits, Scene& scene, const SceneTree& tree, const s
     }
     scene.lights = std::move(moved.lights);
     scene.instances = std::move(moved.instances);
+    for (Material& material : scene.materials)
+        if (edits.straight_glass && is_solid(material)) material.straight_shadows = true;
     for_each_named(edits.materials, materials_of(scene), scene, subject,
                    [&](std::size_t index, const MaterialEdit& edit, const std::string& where) {
                        apply(edit, scene.materials[index], where);

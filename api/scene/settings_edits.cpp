@@ -150,6 +150,8 @@ void read_edits(const Element& file, SceneEdits& edits) {
     with(file, "emission", [&](const Element& v) { edits.emission = static_cast<float>(v.number(kEditFactor)); });
     with(file, "lamp_radius", [&](const Element& v) { edits.lamp_radius = static_cast<float>(v.number(kEditRadius)); });
     with(file, "sun_angle", [&](const Element& v) { edits.sun_angle = static_cast<float>(v.number(kEditAngle)); });
+    with(file, "glass_shadows",
+         [&](const Element& v) { edits.straight_glass = glass_shadows_of(v.text(), v.where()); });
     with(file, "lights", [&](const Element& v) { read_lights(v, edits); });
     with(file, "clay", [&](const Element& v) { edits.clay = v.truth(); });
     with(file, "materials", [&](const Element& v) {
@@ -188,6 +190,7 @@ void write_edits(const SceneEdits& edits, Json& json) {
     json["emission"] = short_number(edits.emission);
     if (edits.lamp_radius) json["lamp_radius"] = short_number(*edits.lamp_radius);
     if (edits.sun_angle) json["sun_angle"] = short_number(*edits.sun_angle);
+    if (edits.straight_glass) json["glass_shadows"] = "straight";
     json["lights"] = lights_json(edits);
     json["clay"] = edits.clay;
     if (Json materials = materials_json(edits); !materials.empty()) json["materials"] = std::move(materials);

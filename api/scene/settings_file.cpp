@@ -251,7 +251,8 @@ SavedSettings parse_settings(std::string_view text, const fs::path& path) {
                                "emission",           "lights",      "clay",      "materials",
                                "transforms",         "animation",   "bookmarks", "variant",
                                "line_width",         "nodes",       "hide",      "shadow_catchers",
-                               "light_groups",       "lamp_radius", "sun_angle", "ground"};
+                               "light_groups",       "lamp_radius", "sun_angle", "ground",
+                               "glass_shadows"};
     for (const std::string_view name : saved_settings()) keys.emplace(name);
     file.check_keys(keys);
     const auto version = file.find("halflight_settings");

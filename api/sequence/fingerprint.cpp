@@ -100,6 +100,7 @@ void add_edits(Fingerprint& print, const SceneEdits& edits) {
                                edits.clay);
     if (edits.lamp_radius) print.values("lamp radius {}", *edits.lamp_radius);
     if (edits.sun_angle) print.values("sun angle {}", *edits.sun_angle);
+    if (edits.straight_glass) print.text("straight glass");
     print.text("tint").text(point_text(dvec3(edits.environment_tint)));
     for (const auto& [index, transform] : edits.transforms) {
         print.values("instance {}", index);

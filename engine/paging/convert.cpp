@@ -156,6 +156,7 @@ class Converter {
         }
         index_.limits = options.limits;
         index_.files = options.files;
+        index_.straight_glass = options.straight_glass;
         index_.alpha_tests = words_.alpha_tests();
     }
 

@@ -24,6 +24,7 @@ inline constexpr std::size_t kMostResident = std::size_t{1} << 24;
 struct ConvertOptions {
     std::size_t memory = std::size_t{1} << 30;  // bytes that the conversion may take besides the largest mesh
     std::vector<FileContent> files{};           // PageIndex::files
+    bool straight_glass = false;                // PageIndex::straight_glass
     std::size_t expected_triangles = 0;         // estimate for the progress; 0: unknown
     std::uint32_t bucket_triangles = 1u << 18;  // upper limit for an average bucket; the double is never exceeded
     PageLimits limits{};                        // largest content of a page

@@ -25,7 +25,8 @@ constexpr std::uint32_t kMostStackEntries = 256;
 /// MeshRange without padding.
 using RangeWords = std::array<std::uint32_t, 8>;
 constexpr std::uint32_t kMerged = 1, kMoves = 2;
-constexpr std::uint32_t kSlivers = 1, kAlpha = 2, kColors = 4, kTangents = 8, kOneSided = 16, kPanes = 32;
+constexpr std::uint32_t kSlivers = 1, kAlpha = 2, kColors = 4, kTangents = 8, kOneSided = 16, kPanes = 32,
+                        kStraightGlass = 64;
 
 static_assert(sizeof(PageRoot) == 32 && sizeof(PageIndex::Size) == 16 && sizeof(FileContent) == 24);
 
@@ -46,6 +47,7 @@ StoredIndex read_index(ByteReader& reader) {
     const auto flags = reader.value<std::uint32_t>();
     index.slivers = (flags & kSlivers) != 0, index.alpha = (flags & kAlpha) != 0;
     index.one_sided = (flags & kOneSided) != 0, index.panes = (flags & kPanes) != 0;
+    index.straight_glass = (flags & kStraightGlass) != 0;
     const auto used = reader.list<std::uint8_t>();
     index.geometry.used_materials.assign(used.begin(), used.end());
     index.geometry.vertex_colors = (flags & kColors) != 0, index.geometry.tangents = (flags & kTangents) != 0;
@@ -169,7 +171,8 @@ std::string bytes_of(const StoredIndex& stored) {
     add(index.alpha_tests), add(index.origin), add(index.bounds);
     add(index.triangles), add(index.vertices), add(index.vertex_texels), add(index.stack_entries);
     add((index.slivers ? kSlivers : 0) | (index.alpha ? kAlpha : 0) | (index.geometry.vertex_colors ? kColors : 0) |
-        (index.geometry.tangents ? kTangents : 0) | (index.one_sided ? kOneSided : 0) | (index.panes ? kPanes : 0));
+        (index.geometry.tangents ? kTangents : 0) | (index.one_sided ? kOneSided : 0) | (index.panes ? kPanes : 0) |
+        (index.straight_glass ? kStraightGlass : 0));
     append_list(std::vector<std::uint8_t>(index.geometry.used_materials.begin(), index.geometry.used_materials.end()),
                 bytes);
     append_list(index.geometry.resident, bytes);

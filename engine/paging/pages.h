@@ -86,10 +86,11 @@ struct PageIndex {
     std::vector<MeshRange> ranges;     // TraceTables::ranges
     // Numbers of the instances without triangles among those that do not move, ascending. A scene in memory has none.
     std::vector<std::uint32_t> empty;
-    AbsentGeometry geometry;  // facts about triangles and vertices; AbsentGeometry::attributes is empty
-    bool alpha = false;       // TraceTables::alpha_tested
-    bool one_sided = false;   // TraceTables::one_sided
-    bool panes = false;       // TraceTables::panes
+    AbsentGeometry geometry;      // facts about triangles and vertices; AbsentGeometry::attributes is empty
+    bool alpha = false;           // TraceTables::alpha_tested
+    bool one_sided = false;       // TraceTables::one_sided
+    bool panes = false;           // TraceTables::panes
+    bool straight_glass = false;  // clear solids are panes, too: the materials had straight_shadows
 };
 
 /// Returns the needs on which the rows of vertex attributes depend. Materials as edited may need less, but not more.

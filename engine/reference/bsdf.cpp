@@ -92,6 +92,7 @@ BsdfParameters parameters_of(const Material& m, const dvec3& base_color, const L
     p.diffuse_transmission_color =
         dvec3(m.diffuse_transmission_color) * dvec3(lookup(m.diffuse_transmission_color_texture, srgb));
     p.inside.thickness = m.thickness;
+    p.straight_solid = m.straight_shadows && m.dispersion == 0;
     p.dispersion = m.ior < kInfiniteIor ? m.dispersion : 0;
     if (m.attenuation_distance > 0)
         p.inside.absorption = -log(max(dvec3(m.attenuation_color), 1e-30)) / double(m.attenuation_distance);
@@ -124,6 +125,7 @@ Bsdf::Bsdf(const BsdfParameters& p, const dvec3& wo, const dvec3& n_g, const dve
       metal_f0_(p.base_color),
       dielectric_f0_(min(std::pow((p.ior - 1) / (p.ior + 1), 2) * p.specular_color, dvec3(1))),
       sheen_roughness_(p.sheen_roughness),
+      straight_solid_(p.straight_solid),
       inside_(p.inside),
       front_(p.front) {
     const dvec3 c = p.base_color;
@@ -288,7 +290,7 @@ std::optional<Bsdf::Sample> Bsdf::sample_mirror(Lobe lobe) const {
 }
 
 Medium Bsdf::medium_towards(const dvec3& wi, const Medium& before) const {
-    if (eta_ == 0) return before;
+    if (eta_ == 0 || only_reflects_) return before;
     const bool passes = dot(wi, n_g_) < 0;
     if (passes == front_) return inside_;
     return passes ? Medium() : before;
@@ -321,7 +323,20 @@ std::optional<Bsdf::Sample> Bsdf::sample_solid(double u_side, double u1, double 
     return s;
 }
 
+dvec3 Bsdf::straight() const {
+    if (alpha_.x >= kMirrorAlpha) return dvec3(0);
+    if (eta_ == 0) return transmission_;
+    if (!straight_solid_) return dvec3(0);
+    const double x = std::min(std::abs(dot(wo_, base_frame_.z)), 1.0);
+    return transmission_ * (1 - solid_strength_ * dielectric_fresnel(x, std::max(eta_, 1 / eta_)));
+}
+
 void Bsdf::leave_out_straight() {
+    if (eta_ > 0) {
+        transmission_ = dvec3(0);
+        only_reflects_ = true;
+        return;
+    }
     const double others = 1 - choice_[kTransmission];
     transmission_ = dvec3(0);
     choice_[kTransmission] = 0;

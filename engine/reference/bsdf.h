@@ -36,9 +36,10 @@ struct BsdfParameters {
     double anisotropy = 0;
     dvec2 tangent_direction{1, 0};  // direction of higher roughness: components along tangent and bitangent
     dvec3 rough_direction{
-        0};             // direction of higher roughness in world space, perpendicular to n; 0: there are no tangents
-    Medium inside{};    // thickness 0: thin-walled
-    bool front = true;  // true: wo is on the outside
+        0};           // direction of higher roughness in world space, perpendicular to n; 0: there are no tangents
+    Medium inside{};  // thickness 0: thin-walled
+    bool straight_solid = false;  // true: light passes clear solid glass straight on
+    bool front = true;            // true: wo is on the outside
     double dispersion = 0;
 
     bool is_solid() const { return inside.thickness > 0 && (transmission + diffuse_transmission) * (1 - metallic) > 0; }
@@ -66,7 +67,7 @@ class Bsdf {
     bool black() const { return black_; }          ///< Returns whether the material reflects nothing.
 
     /// Returns the share of light that passes the surface straight on (SHADING.md, Panes).
-    dvec3 straight() const { return eta_ == 0 && alpha_.x < kMirrorAlpha ? transmission_ : dvec3(0); }
+    dvec3 straight() const;
     /// Takes this light out of sample(). Precondition: straight() is not 0.
     void leave_out_straight();
 
@@ -119,6 +120,8 @@ class Bsdf {
     double solid_strength_ = 1;  // factor of its Fresnel reflectance
     double solid_scale_ = 1;     // 1 / albedo
     bool solid_mirror_ = false;
+    bool straight_solid_;
+    bool only_reflects_ = false;  // straight light was left out of the solid's interface
     Medium inside_;
     bool disperses_ = false;
     bool front_;

@@ -131,6 +131,48 @@ double max_component(const dvec3& v) {
     return std::max({v.x, v.y, v.z});
 }
 
+/// The solids that a ray passes straight on, with the absorption on its way.
+class SolidPanes {
+  public:
+    explicit SolidPanes(const Medium& origin) : began_inside_(origin.thickness > 0) {}
+
+    bool has_entered() const { return !entered_.empty(); }
+    /// Returns whether the ray meets the surface like any other: it leaves a solid that it began in.
+    bool bends_at(const BsdfParameters& p) const { return p.is_solid() && !p.front && !has_entered() && began_inside_; }
+    /// Takes the ray through a surface at a distance. Returns the transmittance of the way from the last one.
+    dvec3 pass(const BsdfParameters& p, double distance) {
+        dvec3 share(1);
+        for (const Medium& m : entered_) share *= m.transmittance(distance - from_);
+        from_ = distance;
+        if (!p.is_solid()) return share;
+        if (p.front) {
+            entered_.push_back(p.inside);
+        } else if (has_entered()) {
+            const auto same = [&](const Medium& m) { return m.absorption == p.inside.absorption; };
+            const auto left = std::find_if(entered_.rbegin(), entered_.rend(), same);
+            entered_.erase(left == entered_.rend() ? std::prev(entered_.end()) : std::prev(left.base()));
+        } else {  // an open surface, from inside
+            share *= p.inside.transmittance(p.inside.thickness);
+        }
+        return share;
+    }
+    /// Returns the transmittance from the last surface to the end of the ray. The way inside of an open surface is at
+    /// most its thickness.
+    dvec3 to_end(double distance) const {
+        dvec3 share(1);
+        dvec3 depth(0), endless(0);
+        for (const Medium& m : entered_) depth += m.absorption, endless += m.absorption * m.thickness;
+        const double way = distance - from_;
+        for (int k = 0; k < 3; ++k) share[k] = std::exp(-(depth[k] > 0 ? std::min(depth[k] * way, endless[k]) : 0));
+        return share;
+    }
+
+  private:
+    bool began_inside_;
+    std::vector<Medium> entered_;
+    double from_ = 0;
+};
+
 /// State of a path at its current surface.
 class Path {
   public:
@@ -146,9 +188,9 @@ class Path {
     }
     void sample_light(const Surface& surface, const Bsdf& bsdf);
     void arrive(Surface& surface, double distance);
-    dvec3 share_that_arrives(const Surface& surface, const LightSample& light);
+    dvec3 share_that_arrives(const Surface& surface, const Medium& medium, const LightSample& light);
     bool follow(ReferenceRay ray, Surface& surface, const Bsdf::Sample& sample);
-    void add_lamps(const dvec3& from, const Bsdf::Sample& sample, double begin, double end);
+    void add_lamps(const dvec3& from, const Bsdf::Sample& sample, const SolidPanes& solids, double begin, double end);
     double surface_weight(const Bsdf::Sample& sample, double light_pdf) const;
     AlphaTest alpha() { return {random_.bits()}; }
 
@@ -167,7 +209,7 @@ class Path {
 };
 
 /// Returns the share of a light sample that arrives: 0 if something opaque is in between, 1 if nothing is.
-dvec3 Path::share_that_arrives(const Surface& surface, const LightSample& light) {
+dvec3 Path::share_that_arrives(const Surface& surface, const Medium& medium, const LightSample& light) {
     ReferenceRay ray;
     ray.origin = surface.leave(light.wi);
     ray.passes_backs = settings_.backfaces == Backfaces::cull;
@@ -178,22 +220,28 @@ dvec3 Path::share_that_arrives(const Surface& surface, const LightSample& light)
         ray.t_max = 1;
     }
     dvec3 share(1);
+    SolidPanes solids(medium);
+    const dvec3 from = ray.origin;
+    const double length = light.infinite ? std::numeric_limits<double>::infinity() : distance(light.end, from);
     while (const std::optional<ReferenceHit> hit = scene_.tracer.closest_hit(ray, alpha())) {
         const Surface pane = make_surface(scene_.tracer, *hit, -normalize(ray.direction));
-        if (pane.unlit) return dvec3(0);
+        if (pane.unlit || solids.bends_at(pane.parameters)) return dvec3(0);
         share *= Bsdf(pane.parameters, pane.wo, pane.n_g, pane.n, pane.n_k).straight();
         if (share == dvec3(0)) break;
+        share *= solids.pass(pane.parameters, distance(pane.position, from));
         const dvec3 left = ray.origin + ray.direction;
         ray.origin = pane.leave(ray.direction);
         if (!light.infinite) ray.direction = left - ray.origin;
     }
-    return share;
+    return share * solids.to_end(length);
 }
 
 /// Adds the lights with a size that a ray meets between two distances.
-void Path::add_lamps(const dvec3& from, const Bsdf::Sample& sample, double begin, double end) {
+void Path::add_lamps(const dvec3& from, const Bsdf::Sample& sample, const SolidPanes& solids, double begin,
+                     double end) {
     for (const MetLight& light : scene_.lights.met(from, sample.wi, begin, end)) {
-        const dvec3 passed = medium_.transmittance(std::isinf(light.distance) ? medium_.thickness : light.distance);
+        const dvec3 passed = solids.to_end(light.distance) *
+                             medium_.transmittance(std::isinf(light.distance) ? medium_.thickness : light.distance);
         add(first_, throughput_ * passed * light.radiance * surface_weight(sample, light.pdf));
     }
 }
@@ -202,27 +250,34 @@ void Path::add_lamps(const dvec3& from, const Bsdf::Sample& sample, double begin
 bool Path::follow(ReferenceRay ray, Surface& surface, const Bsdf::Sample& sample) {
     met_pane_ = false;
     const dvec3 from = surface.position;
+    SolidPanes solids(medium_);
     double way = 0;  // length from the surface to the last pane
     while (const std::optional<ReferenceHit> hit = scene_.tracer.closest_hit(ray, alpha())) {
-        add_lamps(from, sample, way, way + hit->t);
+        add_lamps(from, sample, solids, way, way + hit->t);
         surface = make_surface(scene_.tracer, *hit, -ray.direction);
         const Bsdf bsdf(surface.parameters, surface.wo, surface.n_g, surface.n, surface.n_k);
-        const dvec3 share = surface.unlit ? dvec3(0) : bsdf.straight();
-        const double probability = max_component(share);
+        const BsdfParameters& p = surface.parameters;
+        const bool bent = p.is_solid() && (sample.mirror || solids.bends_at(p));
+        const dvec3 share = surface.unlit || bent ? dvec3(0) : bsdf.straight();
+        // Rays that have entered a solid pass its other side, too.
+        const double probability =
+            max_component(share) > 0 && p.is_solid() && !p.front && solids.has_entered() ? 1 : max_component(share);
         const bool passes = probability > 0 && random_.uniform() < probability;
         if (!passes) {
             met_pane_ = probability > 0;
-            const dvec3 before = throughput_;
+            throughput_ *= solids.to_end(way + hit->t);
+            surface.emitted *= throughput_;
             arrive(surface, way + hit->t);
-            surface.emitted *= before / (1 - probability);
+            surface.emitted /= 1 - probability;
             throughput_ /= 1 - probability;
             return true;
         }
-        throughput_ *= share / probability;
+        throughput_ *= share / probability * solids.pass(p, way + hit->t);
         way += hit->t;
         ray.origin = surface.leave(ray.direction);
     }
-    add_lamps(from, sample, way, std::numeric_limits<double>::infinity());
+    add_lamps(from, sample, solids, way, std::numeric_limits<double>::infinity());
+    throughput_ *= solids.to_end(std::numeric_limits<double>::infinity());
     return false;
 }
 
@@ -232,13 +287,13 @@ void Path::sample_light(const Surface& surface, const Bsdf& bsdf) {
     if (settings_.backfaces == Backfaces::cull && light->back) return;
     const Bsdf::Value value = bsdf.evaluate(light->wi);
     if (value.diffuse == dvec3(0) && value.glossy == dvec3(0)) return;
-    const dvec3 share = share_that_arrives(surface, *light);
+    const Medium medium = bsdf.medium_towards(light->wi, medium_);
+    const dvec3 share = share_that_arrives(surface, medium, *light);
     if (share == dvec3(0)) return;
     const auto weight = [&](double surface_pdf) {
         const bool alone = light->punctual || settings_.strategy == ReferenceStrategy::lights_only;
         return alone ? 1 : power_heuristic(light->pdf, surface_pdf);
     };
-    const Medium medium = bsdf.medium_towards(light->wi, medium_);
     const double way = light->infinite ? medium.thickness : distance(light->end, surface.position);
     const dvec3 received = throughput_ * share * medium.transmittance(way) * light->radiance / light->pdf;
     add(Component::diffuse, received * value.diffuse * weight(value.pdf_diffuse));
@@ -252,11 +307,12 @@ double Path::surface_weight(const Bsdf::Sample& sample, double light_pdf) const 
     return power_heuristic(sample.pdf, light_pdf);
 }
 
-/// Absorbs light on the way to a surface. A solid that is left knows its inside, whatever the ray's origin knew.
+/// Absorbs light on the way to a surface. A solid that is left knows its inside, whatever the ray's origin knew. Rays
+/// that meet panes by chance come from outside.
 void Path::arrive(Surface& surface, double distance) {
     surface.emitted *= medium_.transmittance(distance);
     const BsdfParameters& p = surface.parameters;
-    if (!surface.unlit && !p.front && p.is_solid()) medium_ = p.inside;
+    if (!surface.unlit && !p.front && p.is_solid() && !met_pane_) medium_ = p.inside;
     throughput_ *= medium_.transmittance(distance);
 }
 

@@ -82,6 +82,7 @@ struct Material {
     vec3 diffuse_transmission_color{1};
     TextureRef diffuse_transmission_color_texture;
     float thickness = 0;  // 0: a thin wall; > 0: the surface bounds a solid, and rays measure its thickness
+    bool straight_shadows = false;  // true: light passes clear solid glass straight on (SHADING.md, Panes), a bias
     vec3 attenuation_color{1};
     float attenuation_distance = 0;  // world units after which white light has the attenuation colour; 0: infinite
     float dispersion = 0;            // 20 over the Abbe number; 0: none

@@ -54,9 +54,10 @@ inline bool sharp(const Material& m) {
     return ((glossy(m) || transmits(m)) && smooth(m.roughness, m.metallic_roughness_texture)) ||
            (coated(m) && smooth(m.clearcoat_roughness, m.clearcoat_roughness_texture));
 }
-/// Returns whether light passes the surface straight on at some point (SHADING.md, Panes).
+/// Returns whether light passes the surface straight on at some point (SHADING.md, Panes). Solids must ask for it, and
+/// those that disperse light do not let it pass.
 inline bool is_pane(const Material& m) {
-    return transmits(m) && !(m.thickness > 0) &&
+    return transmits(m) && (!(m.thickness > 0) || (m.straight_shadows && !(m.dispersion > 0))) &&
            (m.roughness * m.roughness < shared::kMirrorAlpha || m.metallic_roughness_texture);
 }
 inline bool is_solid(const Material& m) {

@@ -25,6 +25,7 @@ struct SceneNeeds : MaterialNeeds, LightNeeds {
     bool catchers = false;       // some object catches shadows (Instance::catcher)
     bool one_sided = false;      // some surface is seen from its front only (is_one_sided)
     bool panes = false;          // light passes some surface straight on (is_pane)
+    bool solid_panes = false;    // one of them bounds a solid
     bool every_light = false;    // every light is sampled, and one of the samples is kept (LightChoice::all)
 
     bool texture_coordinates = false;  // some texture is looked up

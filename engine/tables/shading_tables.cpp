@@ -87,7 +87,9 @@ class Builder {
         const auto rows = static_cast<std::size_t>(material_rows());
         tables_.materials.assign(scene_.materials.size() * rows, vec4(0));
         for (std::size_t i = 0; i < scene_.materials.size(); ++i) {
-            if (used[i]) add_material(scene_.materials[i], tested[i], &tables_.materials[i * rows]);
+            if (!used[i]) continue;
+            add_material(scene_.materials[i], tested[i], &tables_.materials[i * rows]);
+            needs.solid_panes |= needs.panes && is_pane(scene_.materials[i]) && is_solid(scene_.materials[i]);
         }
         complete(static_cast<MaterialNeeds&>(needs));
     }

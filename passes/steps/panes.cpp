@@ -94,8 +94,10 @@ void trace_scattered_rays(graph::Graph& graph, const SceneView& view, const rays
     add_met_lamps(graph, view, batch, paths);
     if (!view.trace.panes()) return;
     const auto read = [&](graph::Pass& pass) { pass.read(paths.hits, Access::texture_read, {"hits", GL_R32UI}); };
+    const bool solids = view.scene.needs().solid_panes;
     add_panes(graph, view, batch, "panes: scattered rays", {{"HALFLIGHT_SCATTERED", "1"}}, read,
               [&](graph::Pass& pass) {
+                  if (solids && paths.media) pass.read(paths.media, Access::texture_read, {"media", GL_RGBA32F});
                   paths.hits = pass.write(paths.hits, Access::storage_read_write, "Hits");
                   paths.states = pass.write(paths.states, Access::storage_read_write, "States");
                   if (paths.met_lamps)

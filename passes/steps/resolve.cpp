@@ -13,6 +13,9 @@ graph::BufferHandle add_resolve(graph::Graph& graph, const SceneView& view, cons
     read_listed(pass, list, paths);
     if (paths.cones) pass.read(paths.cones, Access::texture_read, {"cones", GL_RG32F});
     if (paths.media) pass.read(paths.media, Access::texture_read, {"media", GL_RGBA32F});
+    const bool by_chance = options.by_chance && view.scene.needs().panes;
+    if (by_chance && view.scene.needs().solid_panes)
+        pass.read(paths.states, Access::texture_read, {"state_texels", GL_RGBA32UI});
     const std::size_t bytes = view.band.paths() * view.scene.surface_record_bytes();
     const graph::BufferHandle surfaces =
         pass.write(graph.create_buffer("path surfaces", {bytes}), Access::storage_write, "Surfaces");
@@ -20,7 +23,7 @@ graph::BufferHandle add_resolve(graph::Graph& graph, const SceneView& view, cons
     gpu::Defines defines = view.shading_defines();
     defines.set("HALFLIGHT_LIST");
     if (options.last) defines.set("HALFLIGHT_LAST_VERTEX");
-    if (options.by_chance && view.scene.needs().panes) defines.set("HALFLIGHT_BY_CHANCE");
+    if (by_chance) defines.set("HALFLIGHT_BY_CHANCE");
     if (options.reuse_points) defines.set("HALFLIGHT_REUSE_POINTS");
     if (view.rows) defines.set("HALFLIGHT_GATHERED_ROWS");
     pass.kernel({"shaders/resolve.comp", defines, view.bind_hits()});

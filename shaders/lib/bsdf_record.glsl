@@ -72,29 +72,6 @@ void scale_lobes(inout Bsdf b, vec3 factor) {
     b.coat_tint *= factor;
 }
 
-// Returns the share of light that passes the surface straight on (SHADING.md, Panes).
-vec3 straight_transmission(Bsdf b) { return b.eta == 0.0 && b.alpha == 0.0 ? b.transmission : vec3(0.0); }
-
-// Returns the probability with which a scattered ray passes a pane.
-float pane_chance(vec3 straight) { return min(max(straight.r, max(straight.g, straight.b)), kMostPaneChance); }
-
-// Makes the surface of rays that have met a pane instead of passing it. Returns the factor of its light.
-float make_met_pane(inout Bsdf b) {
-    vec3 straight = straight_transmission(b);
-    float scale = 1.0 / (1.0 - pane_chance(straight));
-    if (straight != vec3(0.0)) {
-        float others = 1.0 - b.p_transmission;  // probability of the other glossy lobes
-        b.transmission = vec3(0.0);
-        b.p_transmission = 0.0;
-        b.p_coat = others > 0.0 ? min(b.p_coat / others, 1.0) : 0.0;
-        b.p_sheen = others > 0.0 ? min(b.p_sheen / others, 1.0) : 0.0;
-        float glossy = (1.0 - b.p_diffuse) * others;
-        if (kDiffuse) b.p_diffuse = glossy > 0.0 ? b.p_diffuse / (b.p_diffuse + glossy) : 1.0;
-    }
-    scale_lobes(b, vec3(scale));
-    return scale;
-}
-
 // Makes the surface of a shadow catcher, which reflects all light diffusely. No path leaves it: light samples have the
 // whole weight.
 void make_catcher(inout Bsdf b) {

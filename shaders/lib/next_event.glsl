@@ -1,6 +1,7 @@
 // One light sample at a vertex, weighted by component (SHADING.md, Estimator).
 #include "shaders/lib/bsdf.glsl"
 #include "shaders/lib/lights.glsl"
+#include "shaders/lib/panes.glsl"
 
 // Offset of the dimensions that only lights with a size use; no vertex reaches it.
 const uint kDimensionsOfSizes = 0x8000u;
@@ -23,13 +24,14 @@ NextEvent event_of(LightSample light, vec3 position, float offset, Bsdf b, vec3 
     precise NextEvent e;  // precise, so that all shaders compute equal bits (--keep-all)
     e.diffuse = f.diffuse * light.weight * (delta ? 1.0 : power_heuristic(density, b.p_diffuse * f.pdf_diffuse));
     e.glossy = f.glossy * light.weight * (delta ? 1.0 : power_heuristic(density, (1.0 - b.p_diffuse) * f.pdf_glossy));
+    e.ray = shadow_ray(position, offset, b.geometric_normal, light);
     if (kVolume) {
         vec4 medium = medium_towards(b, before, light.direction);
+        if (kSolidPanes && endless_way(medium) > 0.0) e.ray.t_min = kMarkedStart;  // begins inside
         vec3 passed = transmittance(medium, light.at_infinity ? endless_way(medium) : distance(light.end, position));
         e.diffuse *= passed;
         e.glossy *= passed;
     }
-    e.ray = shadow_ray(position, offset, b.geometric_normal, light);
     e.group = light.group;
     return e;
 }

@@ -29,6 +29,8 @@ HALFLIGHT_SHARED_CONST uint kReuseRest = 2u;
 
 // the path's second vertex was found through a pane
 HALFLIGHT_SHARED_CONST uint kReuseThroughPane = 8u;
+// the ray's hit is a solid pane that the ray might have passed; set in scenes with solids
+HALFLIGHT_SHARED_CONST uint kReuseMetByChance = 16u;
 
 // The second vertex y of a path and the light that leaves it diffusely, at the path's index. SceneNeeds has the size
 // with layers.

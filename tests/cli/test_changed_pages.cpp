@@ -164,6 +164,40 @@ TEST_F(ChangedPages, EditsOfMaterialsEqualThoseInMemoryOrAreRefused) {
             "material 0: ", cached);
 }
 
+TEST_F(ChangedPages, LightPassesSolidsInPagesAsInMemory) {
+    GltfBuilder b;
+    b.json["materials"] = {{{"name", "floor"}},
+                           {{"name", "glass"},
+                            {"pbrMetallicRoughness", {{"metallicFactor", 0}, {"roughnessFactor", 0}}},
+                            {"extensions",
+                             {{"KHR_materials_transmission", {{"transmissionFactor", 1}}},
+                              {"KHR_materials_volume", {{"thicknessFactor", 1}}}}}}};
+    b.json["extensionsUsed"] = {"KHR_materials_transmission", "KHR_materials_volume"};
+    for (const auto& [height, material, up] : {std::tuple{0.0f, 0, true}, {8.0f, 1, false}, {9.0f, 1, true}}) {
+        Json& quad = b.add_mesh({{"POSITION", b.floats("VEC3", {0, height, 0, 40, height, 0, 0, height, 40,  //
+                                                                40, height, 40})}});
+        const std::vector<std::uint32_t> upwards{0, 2, 1, 1, 2, 3}, downwards{0, 1, 2, 1, 3, 2};
+        quad["indices"] = b.accessor("SCALAR", kU32, up ? upwards : downwards);
+        quad["material"] = material;
+    }
+    write_text(file("scene.glb"), b.glb());
+    write_text(file("list.parts.json"), R"({"parts": [{"uri": "scene.glb"}]})");
+    const std::string scene = file("scene.glb"), list = file("list.parts.json");
+    const Strings straight = words("--glass-shadows straight");
+    const std::string core = picture(scene, straight);
+    EXPECT_FALSE(core == picture(scene));
+    EXPECT_TRUE(picture(list, straight) == core);
+    done(words("pack", scene, file("a.pages"), "--glass-shadows straight --quiet"));
+    EXPECT_TRUE(paged(scene, straight) == core);
+    refused(1, command(scene, words("--pages", file("a.pages"))), "--glass-shadows straight", cached);
+    refused(1, command(list, words("--glass-shadows straight --material glass.straight_shadows=0")),
+            "material 1: ", cached);
+    done(words("pack", scene, file("a.pages"), "--quiet"));
+    refused(1, command(scene, words("--glass-shadows straight --pages", file("a.pages"))), "--glass-shadows straight",
+            cached);
+    refused(2, words("render", scene, file("a.exr"), "--glass-shadows straightish"), "--glass-shadows");
+}
+
 TEST_F(ChangedPages, DamagedFilesInTheCacheAreMadeAnew) {
     const auto [scene, list] = write_scene(0);
     const std::string first = picture(list);

@@ -319,6 +319,50 @@ TEST_F(ImageTest, Panes) {
     expect_agreement(scene, {.name = "panes"});
 }
 
+TEST_F(ImageTest, SolidPanes) {
+    // Clear, absorbing, coated, partly opaque and open solids that light passes straight on, a shell around a lamp, an
+    // object inside glass, a thin pane behind a solid one, and a solid that bends light. A sun, lamps without and with
+    // a size, a sky and an emitter light diffuse, glossy and mirroring surfaces.
+    Scene scene;
+    scene.environment.color = vec3(0.3f, 0.4f, 0.5f);
+    const int walls = add_material(scene, diffuse_material({0.7f, 0.6f, 0.5f}));
+    add_quad(scene, add_material(scene, metal_material({0.8f, 0.8f, 0.8f}, 0.3f)), {-1, -1, -1}, {0, 0, 2}, {2, 0, 0});
+    add_quad(scene, walls, {-1, -1, -1}, {2, 0, 0}, {0, 2, 0});
+    add_quad(scene, walls, {1, -1, -1}, {0, 0, 2}, {0, 2, 0});
+    add_quad(scene, add_material(scene, metal_material(vec3(0.9f), 0)), {0.1f, -0.9f, -0.9f}, {0.7f, 0, 0},
+             {0, 0.8f, 0});
+    add_quad(scene, add_material(scene, light_material({4, 3, 2})), {-1.6f, -0.6f, -0.5f}, {0, 0, 0.8f}, {0, 0.7f, 0});
+    Material clear = glass_material(0);
+    clear.straight_shadows = true;
+    Material absorbing = clear, coated = clear, opaque = clear, bent = clear, thin = clear;
+    absorbing.base_color = {0.9f, 0.8f, 0.7f, 1};
+    absorbing.attenuation_color = {0.8f, 0.5f, 0.2f}, absorbing.attenuation_distance = 0.15f;
+    coated.clearcoat = 0.8f, coated.clearcoat_roughness = 0.2f, coated.ior = 1.3f;
+    opaque.transmission = 0.7f, opaque.metallic = 0.1f, opaque.specular = 0.6f;
+    bent.straight_shadows = false;
+    thin.thickness = 0, thin.base_color = {0.6f, 0.9f, 0.8f, 1};
+    const int of_absorbing = add_material(scene, absorbing), of_clear = add_material(scene, clear);
+    add_box(scene, of_clear, {-1.05f, -1, -1}, {-1, 1, 0});
+    add_box(scene, of_absorbing, {-1.2f, -1, 0}, {-1, 1, 1});
+    add_box(scene, add_material(scene, coated), {-1, 1, -1}, {1, 1.1f, 0});
+    add_box(scene, add_material(scene, opaque), {-1, 1, 0}, {1, 1.1f, 1});
+    add_quad(scene, add_material(scene, thin), {-1, 1.2f, -1}, {2, 0, 0}, {0, 0, 2});
+    add_quad(scene, of_absorbing, {-0.9f, -0.9f, 0.9f}, {0.5f, 0, 0}, {0, 0.6f, 0});  // an open solid
+    add_box(scene, add_material(scene, bent), {-0.2f, -0.98f, 0.3f}, {0.1f, -0.6f, 0.6f});
+    add_box(scene, of_absorbing, {-0.7f, -0.98f, -0.6f}, {-0.2f, -0.3f, -0.1f});
+    add_box(scene, walls, {-0.6f, -0.9f, -0.5f}, {-0.4f, -0.5f, -0.3f});
+    add_box(scene, of_clear, {0.3f, 0.1f, -0.5f}, {0.7f, 0.5f, -0.1f});
+    add_box(scene, of_clear, {0.65f, 0.15f, -0.45f}, {0.35f, 0.45f, -0.15f});  // the inside of the shell
+    scene.lights.resize(3);
+    scene.lights[0].intensity = {2, 1.5f, 1}, scene.lights[0].position = {0.3, 1.4, -0.4};
+    scene.lights[1].type = LightType::directional, scene.lights[1].intensity = vec3(2);
+    scene.lights[1].direction = glm::normalize(vec3(1, -0.8f, 0.3f));
+    scene.lights[2].intensity = {0.2f, 0.3f, 0.3f}, scene.lights[2].position = {0.5, 0.3, -0.3};
+    scene.lights[2].radius = 0.1f;
+    scene.cameras = {look_at_camera({0.6, 0.4, 3}, {0, -0.2, 0}, {0, 1, 0}, 0.75)};
+    expect_agreement(scene, {.name = "solid-panes"});
+}
+
 TEST_F(ImageTest, LightsWithASize) {
     // Balls, a spot and a sun with sizes light diffuse, glossy, mirroring and solid surfaces, around a blocker and
     // behind a pane, in front of an emitter and a sky. One ball holds a part of the floor. More lamps make a light

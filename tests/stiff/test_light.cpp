@@ -86,6 +86,40 @@ TEST_F(Light, StacksOfPanes) {
     }
 }
 
+TEST_F(Light, StacksOfSolidPanes) {
+    // A sun shines straight through slabs: thin and thick, clear and dark, grazing, and of an infinite index.
+    struct Case {
+        int slabs;
+        double cosine;
+        float thickness, absorption, ior;
+    };
+    for (const auto& [slabs, cosine, thickness, absorption, ior] :
+         {Case{1, 1, 0.01f, 0, 1.5f}, Case{3, 0.6, 1, 0.4f, 1.5f}, Case{60, 0.9, 0.02f, 0.1f, 1.1f},
+          Case{1, 0.05, 1, 0.1f, 1.5f}, Case{1, 0.8, 1, 1e6f, 1.5f}, Case{1, 0.8, 1, 0, kInfiniteIor}}) {
+        Scene scene = floor();
+        Material glass = glass_material(0, ior);
+        glass.straight_shadows = true;
+        glass.attenuation_color = vec3(std::exp(-1.0f));
+        glass.attenuation_distance = absorption > 0 ? 1 / absorption : 0;
+        const int slab = add_material(scene, glass);
+        for (int i = 0; i < slabs; ++i) {
+            const float bottom = 3 + 2 * thickness * static_cast<float>(i);
+            add_box(scene, slab, {-500, bottom, -500}, {500, bottom + thickness, 500});
+        }
+        const int sun = add_lamp(scene, LightType::directional, dvec3(0), 1);
+        const double sine = std::sqrt(1 - cosine * cosine);
+        scene.lights[static_cast<std::size_t>(sun)].direction = vec3(dvec3(sine, -cosine, 0));
+        const double n = std::min(double(ior), 999.0), below = std::sqrt(1 - sine * sine / (n * n));
+        const double across = (cosine - n * below) / (cosine + n * below);
+        const double along = (n * cosine - below) / (n * cosine + below);
+        const double passed = 1 - (across * across + along * along) / 2;
+        expect_spot(
+            fmt::format("sun through {} slabs, cosine {}, {} per metre, index {}", slabs, cosine, absorption, ior),
+            scene, dvec3(0), 0.1,
+            cosine * std::pow(passed, 2 * slabs) * std::exp(-double(absorption) * double(thickness) * slabs / cosine));
+    }
+}
+
 TEST_F(Light, GroupsOfAllIntensities) {
     // All lights have equal chances, so intensities change no random decision. Factors that are powers of two change no
     // bits but those of the exponents.

@@ -171,6 +171,11 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     pack_options.group("Run");
     pack_options.flag("--allow-outside", pack.choice.allow_outside,
                       "allows the scene to name files outside its folder");
+    pack_options.value("--glass-shadows", "bent|straight",
+                       "makes pages for --glass-shadows straight of `halflight render`",
+                       [&pack](const std::string& option, const std::string& text) {
+                           pack.choice.edits.straight_glass = glass_shadows_of(text, option);
+                       });
     add_memory_option(pack_options);
     add_threads_option(pack_options);
     add_strict_option(pack_options, pack.choice);

@@ -67,7 +67,7 @@ struct DenoiseArguments : RenderArguments {
 struct PackArguments {
     std::filesystem::path scene;
     std::filesystem::path output;  // page file
-    SceneChoice choice;            // allow_outside and strict_scene
+    SceneChoice choice;            // allow_outside, strict_scene and edits.straight_glass
     LogChoice log;
 };
 

@@ -21,6 +21,7 @@ void run_pack(const PackArguments& a) {
     PackOptions options;
     options.allow_outside = a.choice.allow_outside;
     options.strict = a.choice.strict_scene;
+    options.straight_glass = a.choice.edits.straight_glass;
     options.progress = [&](double share) {
         if (const int signal = stop_signal()) throw Interrupted(signal, a.output.string(), "not written: interrupted");
         display.show(share, watch.seconds());

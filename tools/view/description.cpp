@@ -63,6 +63,7 @@ std::string Session::description() const {
     factor("emission", edits.emission);
     if (edits.lamp_radius) words.push_back(fmt::format("lamps of {:.4g} m", *edits.lamp_radius));
     if (edits.sun_angle) words.push_back(fmt::format("suns of {:.4g} deg", *edits.sun_angle));
+    if (edits.straight_glass) words.emplace_back("light straight through glass");
     if (edits.ground) words.emplace_back("ground");
     if (edits.clay) words.emplace_back("clay");
     const auto count = [&](std::size_t number, const char* what, const char* how) {

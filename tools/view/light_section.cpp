@@ -65,9 +65,13 @@ void light_section(PanelContext& c) {
     if (std::ranges::any_of(scene.materials, has_emission))
         slider("All emission", edits.emission, 0, 100, "%.3f", "factor on all emissive surfaces", kLogarithmic);
     emissive_materials(c);
-    if (!c.session.in_pages())
+    if (!c.session.in_pages()) {
         checkbox("Ground", edits.ground,
                  "adds a level floor below the scene, of which only the shadows on it are seen");
+        checkbox(
+            "Straight light through glass", edits.straight_glass,
+            "lets light pass clear solid glass without bending it, so that it reaches rooms behind windows; a bias");
+    }
     checkbox("Clay", edits.clay, "gives all surfaces one grey diffuse material");
     heading("Lights");
     if (scene.lights.empty()) faint_text("The scene has no lights beside environment and emissive surfaces.");

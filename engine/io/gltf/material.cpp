@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "engine/io/gltf/material_keys.h"
+#include "engine/scene/material_lobes.h"
 
 namespace halflight {
 namespace {
@@ -65,6 +66,7 @@ class Converter {
         }
         m_.specular_color *= f0_scale_;
         result_.anisotropic = find(from_, "/extensions/KHR_materials_anisotropy") != nullptr;
+        if (document_.options.straight_glass && is_solid(m_)) m_.straight_shadows = true;
         choose_uv_sets();
         return std::move(result_);
     }

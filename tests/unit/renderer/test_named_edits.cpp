@@ -202,6 +202,15 @@ TEST(MaterialEdits, ReplaceProperties) {
     EXPECT_EQ(edited("0.base_color=0.5,0.25,1")[0].base_color, vec4(0.5f, 0.25f, 1, 1));
     EXPECT_EQ(edited("wo?d*.metallic=0")[0].metallic, 0);
     EXPECT_EQ(vec3(edited("1.base_color=#f00")[1].base_color), vec3(1, 0, 0));
+    Yard glass;
+    for (const std::size_t m : {0, 1}) glass.scene.materials[m].transmission = glass.scene.materials[m].thickness = 1;
+    glass.scene.materials[0].metallic = glass.scene.materials[1].metallic = 0;
+    SceneEdits straight = edits_of({{add_material_edit, "1.straight_shadows=0"}});
+    straight.straight_glass = true;
+    const std::vector<Material> now = glass.with(straight).materials;
+    EXPECT_TRUE(now[0].straight_shadows);
+    EXPECT_FALSE(now[1].straight_shadows) << "a named material has its own choice";
+    EXPECT_FALSE(now[2].straight_shadows) << "no glass";
 }
 
 TEST(SceneEdits, InvalidTextsAreNamed) {

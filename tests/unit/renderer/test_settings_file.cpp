@@ -51,6 +51,7 @@ SavedSettings all_kinds() {
     s.edits.clay = true;
     s.edits.ground = true, s.edits.ground_height = -1.0 / 3;
     s.edits.lamp_radius = 0.05f, s.edits.sun_angle = 0.53f;
+    s.edits.straight_glass = true;
     s.light_azimuth = 1.0 / 3 - 40;
     s.edits.materials = {{"0", {{"roughness", {0.2f}}, {"base_color", {0.1f, 0.5f, 1, 1}}}}, {"12", {{"ior", {1.3f}}}}};
     s.edits.transforms[3] = dmat4(dvec4(1, 2, 3, 0), dvec4(0, 1, 0, 0), dvec4(0.1, 0, 1, 0), dvec4(4, 1.0 / 3, 6, 1));
