@@ -99,7 +99,7 @@ struct SceneEdits {
     // `lights` replace them.
     std::optional<float> lamp_radius{}, sun_angle{};
     bool straight_glass = false;  // sets straight_shadows of all solids; `materials` replace it
-    bool clay = false;  // gives every surface one rough grey without texture; lights stay
+    bool clay = false;            // gives every surface one rough grey without texture; lights stay
     // object_to_world by index into Scene::instances, affine, in place of animated transforms. An instance that an
     // animated scale of 0 hides may stay hidden.
     std::map<std::size_t, dmat4> transforms{};
@@ -141,6 +141,9 @@ SceneTree tree_of(const Scene& scene);
 void check_edits(const SceneEdits& edits, const Scene& scene, const SceneTree& tree, const std::string& source = {});
 /// Checks edits of a scene without a file.
 void check_edits(const SceneEdits& edits, const Scene& scene, const std::string& source = {});
+
+/// Applies the edits of materials alone, but for the emission and clay of all. Throws Error as check_edits() does.
+void edit_materials(const SceneEdits& edits, Scene& scene, const std::string& source = {});
 
 /// Applies edits to a scene that has none yet. `tree` has the nodes of the scene in its pose. Throws Error as
 /// check_edits() does, and then leaves the scene unchanged.

@@ -41,17 +41,11 @@ void check_paged_edits(const SceneEdits& edits, const Scene& scene, const paging
         throw Error(file, "the pages were {} with --glass-shadows straight, and a picture of them needs the same",
                     index.straight_glass ? "made" : "not made");
     if (edits.materials.empty()) return;
-    SceneEdits of_materials;
-    of_materials.straight_glass = index.straight_glass;
-    Scene paged;
-    paged.name = scene.name;
-    paged.materials = scene.materials;
-    apply(of_materials, paged, source);
-    of_materials.materials = edits.materials;
-    Scene edited;
-    edited.name = scene.name;
-    edited.materials = scene.materials;
-    apply(of_materials, edited, source);
+    Scene paged, edited;  // materials alone
+    paged.name = edited.name = scene.name;
+    paged.materials = edited.materials = scene.materials;
+    edit_materials({.straight_glass = index.straight_glass}, paged);
+    edit_materials(edits, edited, source);
     for (std::size_t i = 0; i < scene.materials.size(); ++i)
         if (i < index.geometry.used_materials.size() && index.geometry.used_materials[i] &&
             (is_one_sided(paged.materials[i]) != is_one_sided(edited.materials[i]) ||

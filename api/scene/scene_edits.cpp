@@ -188,6 +188,15 @@ void check_edits(const SceneEdits& edits, const Scene& scene, const std::string&
     check_edits(edits, scene, tree_of(scene), source);
 }
 
+void edit_materials(const SceneEdits& edits, Scene& scene, const std::string& source) {
+    for (Material& material : scene.materials)
+        if (edits.straight_glass && is_solid(material)) material.straight_shadows = true;
+    for_each_named(edits.materials, materials_of(scene), scene, subject_of(scene, source),
+                   [&](std::size_t index, const MaterialEdit& edit, const std::string& where) {
+                       apply(edit, scene.materials[index], where);
+                   });
+}
+
 void apply(const SceneEdits& edits, Scene& scene, const SceneTree& tree, const std::string& source) {
     const std::string subject = subject_of(scene, source);
     check_values(edits, scene, subject);
@@ -207,12 +216,7 @@ void apply(const SceneEdits& edits, Scene& scene, const SceneTree& tree, const s
     }
     scene.lights = std::move(moved.lights);
     scene.instances = std::move(moved.instances);
-    for (Material& material : scene.materials)
-        if (edits.straight_glass && is_solid(material)) material.straight_shadows = true;
-    for_each_named(edits.materials, materials_of(scene), scene, subject,
-                   [&](std::size_t index, const MaterialEdit& edit, const std::string& where) {
-                       apply(edit, scene.materials[index], where);
-                   });
+    edit_materials(edits, scene, source);
     turn(scene.environment.map, edits.environment_rotation);
     scene.environment.color *= edits.environment_intensity * edits.environment_tint;
     if (edits.clay) std::ranges::transform(scene.materials, scene.materials.begin(), clay);

@@ -3,6 +3,7 @@
 #include <fmt/ranges.h>
 #include <algorithm>
 
+#include "api/halflight/edit_text.h"
 #include "engine/core/error.h"
 #include "engine/core/suggestion.h"
 #include "tools/cli/options.h"
