@@ -62,12 +62,6 @@ bool mirrors(const tinygltf::Node& node) {
     return std::ranges::count_if(node.scale, [](double s) { return s < 0; }) % 2 == 1;
 }
 
-/// Returns whether the node hides itself and all nodes below it.
-bool is_hidden(const tinygltf::Node& node) {
-    const tinygltf::Value* extension = find_extension(node.extensions, "KHR_node_visibility");
-    return extension && extension->Has("visible") && !extension->Get("visible").Get<bool>();
-}
-
 /// Calls f(). If nothing uses a node, an Error becomes a warning.
 template <class F>
 void tolerate(GltfDocument& document, std::size_t node, F f) {
@@ -251,17 +245,21 @@ GltfNodes resolve_nodes(GltfDocument& document) {
 
     nodes.world.resize(model.nodes.size());
     nodes.mirrored.resize(model.nodes.size());
-    std::vector<bool> reached(model.nodes.size(), false), hidden(model.nodes.size(), false);
+    std::vector<bool> reached(model.nodes.size(), false);
+    std::vector<bool> for_good(model.nodes.size(), false);  // hidden by a node that no animation switches
+    nodes.hidden.resize(model.nodes.size());
     walk(document, roots, [&](std::size_t node) {
         reached[node] = true;
         nodes.world[node] = local_matrix(document, node);
         nodes.mirrored[node] = mirrors(model.nodes[node]);
-        hidden[node] = is_hidden(model.nodes[node]);
+        nodes.hidden[node] = document.visible[node] == 0;
+        for_good[node] = nodes.hidden[node] && !document.switched.contains(static_cast<int>(node));
         if (parents[node] != kNone) {
             const auto parent = static_cast<std::size_t>(parents[node]);
             nodes.world[node] = nodes.world[parent] * nodes.world[node];
             nodes.mirrored[node] = nodes.mirrored[parent] != nodes.mirrored[node];
-            hidden[node] = hidden[node] || hidden[parent];
+            nodes.hidden[node] = nodes.hidden[node] || nodes.hidden[parent];
+            for_good[node] = for_good[node] || for_good[parent];
         }
         if (within_float_range(nodes.world[node])) return;
         tolerate(document, node, [&] { document.fail(name(node), "its transform overflows"); });
@@ -284,7 +282,7 @@ GltfNodes resolve_nodes(GltfDocument& document) {
     }
     walk(document, roots, [&](std::size_t node) { nodes.all.push_back(static_cast<int>(node)); });
     std::ranges::copy_if(nodes.all, std::back_inserter(nodes.shown),
-                         [&](int node) { return !hidden[static_cast<std::size_t>(node)]; });
+                         [&](int node) { return !for_good[static_cast<std::size_t>(node)]; });
     return nodes;
 }
 
@@ -313,6 +311,7 @@ std::vector<PunctualLight> convert_lights(GltfDocument& document, const GltfNode
         if (!extension) continue;
         const auto index = static_cast<std::size_t>(extension->Get("light").GetNumberAsInt());
         PunctualLight light = convert_light(document, index);
+        if (nodes.hidden[n]) light.intensity = vec3(0);
         light.position = nodes.world[n][3];
         dvec3 direction = -glm::normalize(dvec3(nodes.world[n][2]));
         if (glm::any(glm::isnan(direction))) direction = -glm::normalize(directions_of(document, nodes, n)[2]);
