@@ -240,8 +240,10 @@ void check_values(Json& root, GltfDocument& document, std::vector<GltfFault>& fa
         if (type != "perspective" && type != "orthographic") document.fail(element, "type '{}' is unknown", type);
         if (!camera.contains(type)) document.fail(element, "has no '{}'", type);
     });
-    each("extensions.KHR_lights_punctual.lights", "light", [&](const Json& light, const std::string& element) {
-        if (light["type"] == "spot" && !light.contains("spot")) document.fail(element, "has no 'spot'");
+    each("extensions.KHR_lights_punctual.lights", "light", [&](Json& light, const std::string& element) {
+        if (light["type"] != "spot" || light.contains("spot")) return;
+        warnings.fault("has no 'spot', its cone is the default one", element);
+        light["spot"] = Json::object();
     });
 }
 

@@ -196,7 +196,7 @@ std::vector<vec2> GltfPrimitive::read_uv_set(int set) {
         uv = vec2(0);
         mended = true;
     }
-    if (mended) warnings_.add("texture coordinates are not finite, taken as 0", element_);
+    if (mended) warnings_.fault("texture coordinates are not finite, taken as 0", element_);
     return uvs;
 }
 
