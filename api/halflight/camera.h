@@ -28,6 +28,7 @@ struct CameraChoice {
     double aspect = 0;  // width / height of one eye's picture, for the camera of a scene that has none; 0: 16 / 9
     // Replaces the scene's first camera by the default one if it sees no surface; `camera` is empty then.
     bool replace_blind = false;
+    bool warn_of_blind = false;  // keeps that camera, with a warning
     int turntable = 0;     // frames in which the camera turns once about the scene's centre, or about look_at; 0: none
     std::string source{};  // settings file that names `camera`, for errors; empty: none
 };

@@ -90,14 +90,15 @@ ChosenCamera camera_of_choice(const Scene& scene, const CameraChoice& c, const r
         return {camera, index, fmt::format("'{}' of the scene", camera.name)};
     }
     if (scene.cameras.empty()) return chosen_default(scene, c, probe);
-    if (c.replace_blind && !scene.paged_bounds && is_blind(scene, scene.cameras[0], probe)) {
-        ChosenCamera chosen = chosen_default(scene, c, probe);
-        chosen.warning =
-            fmt::format("camera '{}' sees no surface, so a default camera replaces it (--camera 0 keeps it)",
-                        scene.cameras[0].name);
-        return chosen;
-    }
-    return {scene.cameras[0], 0, fmt::format("'{}', the scene's first", scene.cameras[0].name)};
+    const bool asks = c.replace_blind || c.warn_of_blind;
+    const bool blind = asks && !scene.paged_bounds && is_blind(scene, scene.cameras[0], probe);
+    ChosenCamera chosen{scene.cameras[0], 0, fmt::format("'{}', the scene's first", scene.cameras[0].name)};
+    if (blind && c.replace_blind) chosen = chosen_default(scene, c, probe);
+    if (blind)
+        chosen.warning = fmt::format("camera '{}' sees no surface{}", scene.cameras[0].name,
+                                     c.replace_blind ? ", so a default camera replaces it (--camera 0 keeps it)"
+                                                     : " (--camera outside shows the scene)");
+    return chosen;
 }
 
 }  // namespace

@@ -47,6 +47,7 @@ Json memory_facts(const Scene& scene, const RenderSettings& settings, const Memo
                {"reading", m.reading}, {"film", m.film},   {"preview", m.preview}, {"writing", m.writing}};
     return {{"geometry_bytes", size.geometry_bytes},
             {"texture_bytes", size.texture_bytes},
+            {"texture_bytes_beyond_8_bits", size.deep_bytes},
             {"render_bytes", m.total()},
             {"limit_bytes", MemoryLedger::process().limit()},
             {"render_size", {settings.width, settings.height}},

@@ -64,7 +64,8 @@ void SceneFile::pose(Scene& scene, double seconds) {
 bool SceneFile::drives_light() {
     return std::ranges::any_of(playing_, [&](std::size_t index) {
         return std::ranges::any_of(file_.animations().at(index).channels, [](const AnimationChannel& channel) {
-            return channel.property == AnimatedProperty::light || channel.property == AnimatedProperty::emission;
+            return channel.property == AnimatedProperty::light || channel.property == AnimatedProperty::emission ||
+                   channel.property == AnimatedProperty::visibility;
         });
     });
 }

@@ -64,7 +64,7 @@ ImageHeader read_png_header(const std::string& subject, std::string_view bytes, 
 /// `max_side`.
 Image read_png(const std::string& subject, std::string_view bytes, int max_side);
 
-/// Reads 8-bit RGBA: 16 bits are rounded to 8, grey is expanded.
+/// Reads RGBA; grey is expanded. 16 bits stay unless all values are multiples of 257, which 8 bits hold as well.
 void read_png(const std::string& subject, std::string_view bytes, int max_side, TextureImage& image);
 
 }  // namespace halflight

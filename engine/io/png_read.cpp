@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cstring>
 #include <vector>
@@ -15,7 +16,7 @@ constexpr std::size_t kTexelsPerByte = 8 * 1032;
 
 class Decoder : public PngErrors {
   public:
-    /// Prepares decoding to 8-bit RGBA if `rgba` is set, else to 16 bits with the channels of the file.
+    /// Prepares decoding to RGBA of 8 or 16 bits if `rgba` is set, else to 16 bits with the channels of the file.
     Decoder(std::string_view bytes, bool rgba)
         : rest_(bytes),
           rgba_(rgba),
@@ -39,9 +40,8 @@ class Decoder : public PngErrors {
         png_read_info(png_, info_);
         png_set_expand(png_);
         if (rgba_) {
-            png_set_scale_16(png_);
             png_set_gray_to_rgb(png_);
-            png_set_add_alpha(png_, 255, PNG_FILLER_AFTER);
+            png_set_add_alpha(png_, deep() ? 65535 : 255, PNG_FILLER_AFTER);
         } else {
             png_set_expand_16(png_);
             if (std::endian::native == std::endian::little) png_set_swap(png_);
@@ -59,6 +59,7 @@ class Decoder : public PngErrors {
 
     std::size_t width() const { return png_get_image_width(png_, info_); }
     std::size_t height() const { return png_get_image_height(png_, info_); }
+    bool deep() const { return png_get_bit_depth(png_, info_) == 16; }
     std::size_t channels() const { return png_get_channels(png_, info_); }
 
   private:
@@ -78,14 +79,33 @@ void open(Decoder& decoder, const std::string& subject, std::uint64_t bytes, int
         throw Error(subject, "is truncated: {} bytes cannot hold {} x {} texels", bytes, width, height);
 }
 
-/// Reads width x height x channels numbers into `values`.
+/// Reads width x height x channels numbers into `values`, or bytes if they have 16 bits.
 template <class T>
 void read(Decoder& decoder, const std::string& subject, std::vector<T>& values) {
-    const std::size_t row = decoder.channels() * decoder.width();
+    const std::size_t row = decoder.channels() * decoder.width() * (decoder.deep() && sizeof(T) == 1 ? 2 : 1);
     values.resize(row * decoder.height());
     std::vector<png_bytep> rows(decoder.height());
     for (std::size_t y = 0; y < rows.size(); ++y) rows[y] = reinterpret_cast<png_bytep>(values.data() + row * y);
     if (!decoder.read_rows(rows.data())) throw Error(subject, "cannot be decoded: {}", decoder.message());
+}
+
+/// Sorts texels of 16 bits, whose values have the high byte first, as TextureImage has them. If all values are
+/// multiples of 257, as of pictures that had 8 bits before, the high bytes alone stay.
+void split(std::vector<std::uint8_t>& rgba, bool& deep) {
+    deep = false;
+    for (std::size_t i = 0; i < rgba.size() && !deep; i += 2) deep = rgba[i] != rgba[i + 1];
+    for (std::size_t i = 0; i < rgba.size(); i += 8) {
+        std::array<std::uint8_t, 8> from;
+        std::memcpy(from.data(), &rgba[i], from.size());
+        std::uint8_t* const to = &rgba[deep ? i : i / 2];
+        for (std::size_t c = 0; c < 4; ++c) {
+            to[c] = from[2 * c];
+            if (deep) to[c + 4] = from[2 * c + 1];
+        }
+    }
+    if (deep) return;
+    rgba.resize(rgba.size() / 2);
+    rgba.shrink_to_fit();
 }
 
 }  // namespace
@@ -98,7 +118,7 @@ ImageHeader read_png_header(const std::string& subject, std::string_view bytes, 
                             int max_side) {
     Decoder decoder(bytes, true);
     open(decoder, subject, file_bytes, max_side);
-    return {decoder.width(), decoder.height(), 0};
+    return {.width = decoder.width(), .height = decoder.height(), .deep = decoder.deep()};
 }
 
 void read_png(const std::string& subject, std::string_view bytes, int max_side, TextureImage& image) {
@@ -108,6 +128,7 @@ void read_png(const std::string& subject, std::string_view bytes, int max_side, 
     image.height = static_cast<int>(decoder.height());
     std::vector<std::uint8_t> rgba;
     read(decoder, subject, rgba);
+    if (decoder.deep()) split(rgba, image.deep);
     image.rgba = std::move(rgba);
 }
 

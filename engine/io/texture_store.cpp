@@ -20,7 +20,7 @@ namespace {
 
 constexpr int kLevel = 1;  // level of Zstandard's compression, the fastest
 constexpr std::size_t kTexels = ImageTiles::kBytes / 4;
-constexpr std::uint32_t kVersion = 1;  // version of cached files; changes if decoders or levels give other texels
+constexpr std::uint32_t kVersion = 2;  // version of cached files; changes if decoders or levels give other texels
 constexpr std::uint64_t kMagic = 0x31454c4954464c48;  // HLFTILE1
 constexpr int kMostOpen = 512;                        // files of the cache; processes can often open 1024
 constexpr int kMostSide = 65536;                      // texels along an edge
@@ -33,7 +33,8 @@ static_assert(sizeof(Footer) == 24);
 
 /// Places of the tiles of one level. Tiles of a row lie behind each other in the file.
 struct LevelIndex {
-    std::int32_t width = 0, height = 0;
+    std::int32_t width = 0, height = 0;  // width: TextureImage::pitch()
+    bool deep = false;
     std::vector<std::uint64_t> rows;  // per row of tiles: place in the file
     std::vector<std::uint32_t> ends;  // per tile: end of its frame, bytes from the row's place
 };
@@ -42,18 +43,18 @@ struct LevelIndex {
 std::string planes_of(const TextureImage& image, ivec2 tile) {
     constexpr int kSide = ImageTiles::kSide;
     std::string planes(ImageTiles::kBytes, '\0');
-    const ivec2 size = glm::min(ivec2(kSide), ivec2(image.width, image.height) - tile * kSide);
-    std::uint8_t last[4] = {};
+    const ivec2 size = glm::min(ivec2(kSide), ivec2(image.pitch(), image.height) - tile * kSide);
+    std::uint8_t last[2][4] = {};
     for (int y = 0; y < kSide; ++y) {
         const std::size_t row = static_cast<std::size_t>(std::min(y, size.y - 1) + tile.y * kSide);
         const std::uint8_t* from =
-            &image.rgba[4 * (row * static_cast<std::size_t>(image.width) + static_cast<std::size_t>(tile.x * kSide))];
+            &image.rgba[4 * (row * static_cast<std::size_t>(image.pitch()) + static_cast<std::size_t>(tile.x * kSide))];
         for (int x = 0; x < kSide; ++x) {
             const bool inside = x < size.x && y < size.y;
             for (std::size_t c = 0; c < 4; ++c) {
                 const std::uint8_t value = inside ? from[4 * static_cast<std::size_t>(x) + c] : std::uint8_t{0};
                 planes[c * kTexels + static_cast<std::size_t>(y * kSide + x)] =
-                    static_cast<char>(value - std::exchange(last[c], value));
+                    static_cast<char>(value - std::exchange(last[image.deep ? x % 2 : 0][c], value));
             }
         }
     }
@@ -61,21 +62,23 @@ std::string planes_of(const TextureImage& image, ivec2 tile) {
 }
 
 /// Reverses planes_of().
-void texels_of(const std::string& planes, std::span<std::uint8_t> rgba) {
-    std::uint8_t last[4] = {};
+void texels_of(const std::string& planes, bool deep, std::span<std::uint8_t> rgba) {
+    std::uint8_t last[2][4] = {};
     for (std::size_t i = 0; i < kTexels; ++i)
-        for (std::size_t c = 0; c < 4; ++c)
-            rgba[4 * i + c] = last[c] =
-                static_cast<std::uint8_t>(last[c] + static_cast<std::uint8_t>(planes[c * kTexels + i]));
+        for (std::size_t c = 0; c < 4; ++c) {
+            std::uint8_t& value = last[deep ? i % 2 : 0][c];
+            rgba[4 * i + c] = value =
+                static_cast<std::uint8_t>(value + static_cast<std::uint8_t>(planes[c * kTexels + i]));
+        }
 }
 
 /// Compresses the tiles of a level. append: writes a row of tiles and returns its place.
 LevelIndex cut(const TextureImage& image, const std::function<std::uint64_t(const std::string&)>& append) {
-    LevelIndex index{image.width, image.height, {}, {}};
+    LevelIndex index{image.pitch(), image.height, image.deep, {}, {}};
     std::string row;
     for (int y = 0; y < ImageTiles::count(image.height); ++y) {
         row.clear();
-        for (int x = 0; x < ImageTiles::count(image.width); ++x) {
+        for (int x = 0; x < ImageTiles::count(image.pitch()); ++x) {
             row += compress(planes_of(image, {x, y}), kLevel);
             index.ends.push_back(static_cast<std::uint32_t>(row.size()));
         }
@@ -93,7 +96,7 @@ struct IndexBytes {
         bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
     }
     void add(const LevelIndex& level) {
-        add(level.width), add(level.height);
+        add(level.width), add(level.height), add(level.deep);
         for (const std::uint64_t row : level.rows) add(row);
         for (const std::uint32_t end : level.ends) add(end);
     }
@@ -114,9 +117,12 @@ struct IndexReader {
     }
     /// Reads a level whose tiles lie before `end`.
     LevelIndex level(std::uint64_t end) {
-        LevelIndex level{next<std::int32_t>(), next<std::int32_t>(), {}, {}};
+        LevelIndex level{next<std::int32_t>(), next<std::int32_t>(), false, {}, {}};
+        const auto deep = next<std::uint8_t>();
+        level.deep = deep == 1;
         const auto is_side = [](int side) { return side > 0 && side <= kMostSide; };
-        failed = failed || !is_side(level.width) || !is_side(level.height);
+        failed = failed || deep > 1 || !is_side(level.height) || !is_side(level.deep ? level.width / 2 : level.width) ||
+                 (level.deep && level.width % 2 != 0);
         if (failed) return level;
         const auto columns = static_cast<std::size_t>(ImageTiles::count(level.width));
         const auto rows = static_cast<std::size_t>(ImageTiles::count(level.height));
@@ -183,7 +189,7 @@ class TextureStore::Tiles final : public ImageTiles {
         source_->read(index_.rows[row] + first, frame);
         if (!decompress(frame, kBytes, planes) || planes.size() != kBytes)
             source_->report(fmt::format("tile {}, {} of {}", tile.x, tile.y, name_));
-        texels_of(planes, rgba);
+        texels_of(planes, index_.deep, rgba);
         return frame.size();
     }
 
@@ -242,7 +248,8 @@ bool TextureStore::find(std::uint64_t key, TextureImage& image) {
         TextureImage found{.name = image.name, .width = 0, .height = 0, .rgba = {}};
         const auto take_level = [&](TextureImage& level) {
             LevelIndex index = reader.level(footer.index);
-            level.name = image.name, level.width = index.width, level.height = index.height;
+            level.name = image.name, level.deep = index.deep;
+            level.width = index.deep ? index.width / 2 : index.width, level.height = index.height;
             level.tiles = std::make_shared<Tiles>(source, image.name, std::move(index));
         };
         take_level(found);

@@ -122,26 +122,33 @@ std::size_t TilePool::read(std::uint32_t tile, std::span<std::uint8_t> texels) c
     const auto index = static_cast<int>(tile - texture.first_tile);
     const ivec2 place(index % texture.tile_count().x, index / texture.tile_count().x);
     std::array<std::uint8_t, ImageTiles::kBytes> rgba;
-    if (texture.is_color) {
-        const std::size_t bytes = texture.tiles->read(place, rgba);
-        const auto& [linear, alpha] = color_halves();
-        for (std::size_t i = 0; i < rgba.size(); i += 4) {
-            const std::uint16_t halves[] = {linear[rgba[i]], linear[rgba[i + 1]], linear[rgba[i + 2]],
-                                            alpha[rgba[i + 3]]};
-            std::memcpy(&texels[2 * i], halves, sizeof halves);
+    const auto as_color = [&](const std::uint8_t* from, std::size_t count) {
+        TextureImage format;
+        format.deep = texture.deep;
+        const ColorHalves& halves = color_halves(texture.deep);
+        for (std::size_t i = 0; i < count; ++i) {
+            const std::array<std::uint16_t, 4> texel = halves.of(format, from + i * format.texel_bytes());
+            std::memcpy(&texels[i * sizeof texel], texel.data(), sizeof texel);
         }
+    };
+    constexpr std::size_t kTexels = std::size_t{ImageTiles::kSide} * ImageTiles::kSide;
+    if (texture.is_color && !texture.deep) {
+        const std::size_t bytes = texture.tiles->read(place, rgba);
+        as_color(rgba.data(), kTexels);
         return bytes;
     }
-    // A tile of data is two tiles of the image wide.
+    // Tiles of data, and of deep colour, are two tiles of the image wide.
     constexpr std::size_t kRow = std::size_t{4} * ImageTiles::kSide;
+    const int columns = ImageTiles::count(texture.is_color ? 2 * texture.size.x : texture.size.x);
     std::size_t bytes = 0;
     for (int side = 0; side < 2; ++side) {
         const ivec2 half(2 * place.x + side, place.y);
-        if (half.x >= ImageTiles::count(texture.size.x)) break;  // no lookup goes there
+        if (half.x >= columns) break;  // no lookup goes there
         bytes += texture.tiles->read(half, rgba);
         for (std::size_t y = 0; y < ImageTiles::kSide; ++y)
             std::memcpy(&texels[(2 * y + static_cast<std::size_t>(side)) * kRow], &rgba[y * kRow], kRow);
     }
+    if (texture.is_color) as_color(texels.data(), kTexels);  // in place: both texels have 8 bytes
     return bytes;
 }
 

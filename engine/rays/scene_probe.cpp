@@ -38,9 +38,9 @@ vec4 texel(const Scene& scene, const TextureRef& texture, const Mesh& mesh, cons
     for (int k = 0; k < 3 && !uvs.empty(); ++k) uv += weights[k] * uvs[corners[k]];
     uv = texture.uv_transform * vec3(uv, 1);
     const TextureImage& image = scene.images[static_cast<std::size_t>(texture.image)];
-    const std::array<std::uint8_t, 4> rgba =
+    const std::array<double, 4> rgba =
         texel_of(image, {wrapped(uv.x, image.width, texture.wrap_u), wrapped(uv.y, image.height, texture.wrap_v)});
-    return {srgb_to_linear(rgba[0]), srgb_to_linear(rgba[1]), srgb_to_linear(rgba[2]), float(rgba[3]) / 255};
+    return {srgb_to_linear(rgba[0]), srgb_to_linear(rgba[1]), srgb_to_linear(rgba[2]), rgba[3]};
 }
 
 /// Returns the base colour of a surface, with its texture and the colours of its vertices.

@@ -7,13 +7,14 @@
 namespace halflight::reference {
 namespace {
 
-/// Builds the table of the sRGB curve (IEC 61966-2-1).
+/// Decodes the sRGB curve (IEC 61966-2-1).
+double decode_srgb(double s) {
+    return s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4);
+}
+
 std::array<double, 256> build_srgb_table() {
     std::array<double, 256> table;
-    for (int i = 0; i < 256; ++i) {
-        const double s = i / 255.0;
-        table[i] = s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4);
-    }
+    for (int i = 0; i < 256; ++i) table[i] = decode_srgb(i / 255.0);
     return table;
 }
 
@@ -58,7 +59,15 @@ dvec4 sample_texture(const Scene& scene, const TextureRef& ref, const dvec2& uv,
     const auto texel = [&](double column, double row) {
         const int i = wrap_index(static_cast<std::int64_t>(column), image.width, ref.wrap_u);
         const int j = wrap_index(static_cast<std::int64_t>(row), image.height, ref.wrap_v);
-        const std::uint8_t* p = &image.rgba[4 * (static_cast<std::size_t>(j) * image.width + i)];
+        const std::size_t place = static_cast<std::size_t>(j) * image.width + i;
+        if (image.deep) {
+            const std::uint8_t* high = &image.rgba[8 * place];
+            dvec4 value;
+            for (int c = 0; c < 4; ++c) value[c] = (256 * high[c] + high[c + 4]) / 65535.0;
+            for (int c = 0; c < 3 && encoding == Encoding::srgb; ++c) value[c] = decode_srgb(value[c]);
+            return value;
+        }
+        const std::uint8_t* p = &image.rgba[4 * place];
         if (encoding == Encoding::srgb) return dvec4(srgb[p[0]], srgb[p[1]], srgb[p[2]], p[3] / 255.0);
         return dvec4(p[0], p[1], p[2], p[3]) / 255.0;
     };

@@ -18,6 +18,7 @@ enum class AnimatedProperty : std::uint8_t {
     translation,
     rotation,
     scale,
+    visibility,
     weights,
     mesh_weights,  // weights of a mesh, for its nodes without weights of their own
     // Properties of a material.

@@ -12,7 +12,7 @@
 
 namespace halflight {
 
-/// The texels of an image, which are read tile by tile.
+/// The texels of an image, which are read tile by tile. Columns are groups of four bytes (TextureImage::pitch()).
 class ImageTiles {
   public:
     static constexpr int kSide = 32;                                       // texels along an edge of a tile
@@ -29,7 +29,7 @@ class ImageTiles {
 
 /// Returns all texels of an image, which is in memory or in tiles.
 std::vector<std::uint8_t> all_texels(const TextureImage& image);
-/// Returns a texel of an image, which is in memory or in tiles: RGBA.
-std::array<std::uint8_t, 4> texel_of(const TextureImage& image, ivec2 texel);
+/// Returns a texel of an image, which is in memory or in tiles: RGBA, [0, 1].
+std::array<double, 4> texel_of(const TextureImage& image, ivec2 texel);
 
 }  // namespace halflight

@@ -23,16 +23,25 @@ enum class Wrap : std::uint8_t { repeat, mirrored_repeat, clamp_to_edge };
 
 class ImageTiles;
 
-/// Decoded image: 8-bit RGBA, row-major, top row first. The slot that refers to it says whether it is sRGB-encoded.
+/// Decoded image: RGBA, row-major, top row first. The slot that refers to it says whether it is sRGB-encoded.
 struct TextureImage {
     std::string name;
-    int width = 0;     // width, texels, > 0
-    int height = 0;    // height, texels, > 0
-    SharedBytes rgba;  // 4 * width * height bytes, shared by all poses of a scene; empty if there are tiles
+    int width = 0;      // width, texels, > 0
+    int height = 0;     // height, texels, > 0
+    SharedBytes rgba;   // 4 * pitch() * height bytes, shared by all poses of a scene; empty if there are tiles
+    bool deep = false;  // true: 16 bits; the four high bytes of a texel are before its four low bytes
     std::shared_ptr<const ImageTiles>
         tiles{};  // texels that are not in memory (image_tiles.h); null: they are in `rgba`
     // Mip levels 1 and up, for lookups as colour and as data (texture_levels.h); empty: lookups use level 0.
     std::vector<TextureImage> color_levels{}, data_levels{};
+
+    int pitch() const { return deep ? 2 * width : width; }        ///< Returns four-byte groups of a row.
+    std::size_t texel_bytes() const { return deep ? 8 : 4; }      ///< Returns the bytes of a texel.
+    std::uint32_t largest() const { return deep ? 65535 : 255; }  ///< Returns the code that stands for 1.
+    /// Returns the code of channel `c` of a texel, whose bytes are given.
+    std::uint32_t code(const std::uint8_t* texel, std::size_t c) const {
+        return deep ? std::uint32_t{texel[c]} << 8 | texel[4 + c] : texel[c];
+    }
 };
 
 /// Reference to a texture. (u, v) = uv_transform * (s, t, 1); v runs from the top row down (glTF 2.0, section 3.8).

@@ -19,7 +19,7 @@ std::size_t bytes_of(const std::vector<T>& values) {
 SceneSize with_tiles(SceneSize size) {
     // Bytes per tile, with a margin: 4 for its place in the file, 16 for slots and requests.
     size.tile_bytes = size.texture_bytes / ImageTiles::kBytes * 24;
-    size.texture_bytes = 0;
+    size.texture_bytes = size.deep_bytes = 0;
     // An image is decoded as a whole before it is cut. Its luminance is summed if it lights the scene.
     size.decoding_bytes += std::max(size.largest_image, 3 * std::min(size.largest_image, size.pinned_bytes));
     return size;
@@ -38,6 +38,7 @@ SceneSize size_of(const Scene& scene) {
         size.drawn += scene.meshes[static_cast<std::size_t>(instance.mesh)].triangles.size();
     const auto add_image = [&](const TextureImage& image) {
         size.texture_bytes += image.rgba.size();
+        if (image.deep) size.deep_bytes += image.rgba.size() / 2;
         if (image.tiles) size.tile_bytes += image.tiles->bytes();
     };
     for (const TextureImage& image : scene.images) {

@@ -12,6 +12,7 @@ struct SceneSize {
     std::size_t largest_mesh = 0;       // bytes of the largest mesh; 0 for a loaded scene
     std::size_t instance_bytes = 0;     // instances
     std::size_t texture_bytes = 0;      // images in memory
+    std::size_t deep_bytes = 0;         // those that images of 16 bits take beyond 8 bits
     std::size_t tile_bytes = 0;         // indices of images in tiles (engine/scene/image_tiles.h)
     std::size_t pinned_bytes = 0;       // images that tests of alpha and light samples look up; 0 for a loaded scene
     std::size_t largest_image = 0;      // bytes of the largest image; 0 for a loaded scene

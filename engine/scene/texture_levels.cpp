@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -37,6 +38,18 @@ const SrgbTables& srgb_tables() {
     return tables;
 }
 
+/// Returns linear values of sRGB codes of 16 bits, in steps of 1/kDeepOne. Their weighted sums fit into 64 bits.
+constexpr double kDeepOne = 0x1p30;
+const std::vector<std::uint32_t>& deep_linear() {
+    static const std::vector<std::uint32_t> table = [] {
+        std::vector<std::uint32_t> values;
+        for (int i = 0; i <= 65535; ++i)
+            values.push_back(static_cast<std::uint32_t>(std::lround(kDeepOne * srgb_to_linear(i / 65535.0))));
+        return values;
+    }();
+    return table;
+}
+
 /// The texels along an axis that a texel of the next level covers, and the lengths that it covers of them.
 struct Taps {
     int first = 0, count = 0;
@@ -56,62 +69,77 @@ std::uint64_t weight_sum(int size) {
     return size == 1 ? 1 : size % 2 == 0 ? 2 : static_cast<std::uint64_t>(size);
 }
 
-std::uint8_t mean_of(std::uint64_t sum, std::uint64_t weights) {
-    return static_cast<std::uint8_t>((2 * sum + weights) / (2 * weights));
+std::uint32_t mean_of(std::uint64_t sum, std::uint64_t weights) {
+    return static_cast<std::uint32_t>((2 * sum + weights) / (2 * weights));
 }
 
-/// Returns the code of a component of a unit vector.
-std::uint8_t code_of(double component) {
-    return static_cast<std::uint8_t>(std::lround(127.5 * (component + 1)));
-}
-
-/// Writes the mean of weighted texels; `sums` are those of linear values for colours, of 8-bit values otherwise.
-template <Mean mean>
-void write_mean(const std::array<std::uint64_t, 4>& sums, std::uint64_t weights, std::uint8_t* rgba) {
-    rgba[3] = mean_of(sums[3], weights);
+/// Returns the mean of weighted texels as codes; `sums` are those of linear values for colours, of codes otherwise.
+template <Mean mean, bool deep>
+std::array<std::uint32_t, 4> mean_of(const std::array<std::uint64_t, 4>& sums, std::uint64_t weights) {
+    constexpr double kLargest = deep ? 65535 : 255;
+    std::array<std::uint32_t, 4> codes;
+    for (std::size_t c = 0; c < 4; ++c) codes[c] = mean_of(sums[c], weights);
     if constexpr (mean == Mean::color) {
         for (std::size_t c = 0; c < 3; ++c)
-            rgba[c] = srgb_tables().code[static_cast<std::size_t>((2 * sums[c] + weights) / (2 * weights))];
-        return;
+            codes[c] = deep ? static_cast<std::uint32_t>(std::lround(kLargest * linear_to_srgb(codes[c] / kDeepOne)))
+                            : srgb_tables().code[codes[c]];
     }
-    for (std::size_t c = 0; c < 3; ++c) rgba[c] = mean_of(sums[c], weights);
     if constexpr (mean == Mean::normal) {
         dvec3 n;
         for (int c = 0; c < 3; ++c)
             n[c] =
-                2 * static_cast<double>(sums[static_cast<std::size_t>(c)]) / (255.0 * static_cast<double>(weights)) - 1;
+                2 * static_cast<double>(sums[static_cast<std::size_t>(c)]) / (kLargest * static_cast<double>(weights)) -
+                1;
         const double length = glm::length(n);
         if (length < 1.0 / 255) n = dvec3(0, 0, 1);  // normals that cancel out
         if (length >= 1.0 / 255) n /= length;
-        for (int c = 0; c < 3; ++c) rgba[c] = code_of(n[c]);
+        for (int c = 0; c < 3; ++c)
+            codes[static_cast<std::size_t>(c)] = static_cast<std::uint32_t>(std::lround(kLargest / 2 * (n[c] + 1)));
     }
+    return codes;
 }
 
-template <Mean mean>
+template <Mean mean, bool deep>
 TextureImage next_level(const TextureImage& from) {
-    TextureImage to{
-        .name = from.name, .width = std::max(1, from.width / 2), .height = std::max(1, from.height / 2), .rgba = {}};
-    std::vector<std::uint8_t> rgba(4 * static_cast<std::size_t>(to.width) * static_cast<std::size_t>(to.height));
+    constexpr std::size_t kBytes = deep ? 8 : 4;
+    TextureImage to{.name = from.name,
+                    .width = std::max(1, from.width / 2),
+                    .height = std::max(1, from.height / 2),
+                    .rgba = {},
+                    .deep = deep};
+    std::vector<std::uint8_t> rgba(kBytes * static_cast<std::size_t>(to.width) * static_cast<std::size_t>(to.height));
     const std::uint64_t weights = weight_sum(from.width) * weight_sum(from.height);
-    const std::array<std::uint16_t, 256>& linear = srgb_tables().linear;
+    const auto linear = [] {
+        if constexpr (deep)
+            return std::span(deep_linear());
+        else
+            return std::span(srgb_tables().linear);
+    }();
+    const auto code = [](const std::uint8_t* texel, std::size_t c) {
+        return deep ? std::uint32_t{texel[c]} << 8 | texel[c + 4] : texel[c];
+    };
     std::uint8_t* out = rgba.data();
     for (int y = 0; y < to.height; ++y) {
         const Taps rows = taps_of(y, from.height);
-        for (int x = 0; x < to.width; ++x, out += 4) {
+        for (int x = 0; x < to.width; ++x, out += kBytes) {
             const Taps columns = taps_of(x, from.width);
             std::array<std::uint64_t, 4> sums{};
             for (int j = 0; j < rows.count; ++j) {
                 const std::size_t row = static_cast<std::size_t>(rows.first + j) * static_cast<std::size_t>(from.width);
-                const std::uint8_t* in = &from.rgba[4 * (row + static_cast<std::size_t>(columns.first))];
-                for (int i = 0; i < columns.count; ++i, in += 4) {
+                const std::uint8_t* in = &from.rgba[kBytes * (row + static_cast<std::size_t>(columns.first))];
+                for (int i = 0; i < columns.count; ++i, in += kBytes) {
                     const std::uint64_t weight =
                         rows.weight[static_cast<std::size_t>(j)] * columns.weight[static_cast<std::size_t>(i)];
                     for (std::size_t c = 0; c < 3; ++c)
-                        sums[c] += weight * (mean == Mean::color ? std::uint64_t{linear[in[c]]} : in[c]);
-                    sums[3] += weight * in[3];
+                        sums[c] += weight * (mean == Mean::color ? std::uint64_t{linear[code(in, c)]} : code(in, c));
+                    sums[3] += weight * code(in, 3);
                 }
             }
-            write_mean<mean>(sums, weights, out);
+            const std::array<std::uint32_t, 4> codes = mean_of<mean, deep>(sums, weights);
+            for (std::size_t c = 0; c < 4; ++c) {
+                out[c] = static_cast<std::uint8_t>(deep ? codes[c] >> 8 : codes[c]);
+                if (deep) out[c + 4] = static_cast<std::uint8_t>(codes[c] & 255);
+            }
         }
     }
     to.rgba = std::move(rgba);
@@ -123,7 +151,8 @@ std::vector<TextureImage> levels_of(const TextureImage& image) {
     std::vector<TextureImage> levels;
     levels.reserve(static_cast<std::size_t>(level_count(image.width, image.height)));
     const TextureImage* last = &image;
-    while (last->width > 1 || last->height > 1) last = &levels.emplace_back(next_level<mean>(*last));
+    const auto next = image.deep ? next_level<mean, true> : next_level<mean, false>;
+    while (last->width > 1 || last->height > 1) last = &levels.emplace_back(next(*last));
     return levels;
 }
 

@@ -21,7 +21,8 @@ std::size_t level_texels(int width, int height);
 
 /// Fills TextureImage::color_levels and data_levels from the texels of level 0, which must be in memory. Each level has
 /// half the size of the one before it, rounded down. A texel is the mean of the area that it covers there. Colours
-/// are averaged as linear values and stored as sRGB. Means of normals are normalised. Each level is rounded to 8 bits.
+/// are averaged as linear values and stored as sRGB. Means of normals are normalised. Each level is rounded to the
+/// image's 8 or 16 bits.
 void add_levels(TextureImage& image, const LevelUses& uses);
 
 }  // namespace halflight

@@ -46,7 +46,7 @@ bool is_finite(const dmat4& m) {
 void check(const TextureImage& image, const Element& e) {
     if (image.width < 1 || image.height < 1) throw Error(e.at("width"), "an image has at least one texel");
     if (image.tiles && image.rgba.empty()) return;
-    const std::size_t expected = 4 * static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
+    const std::size_t expected = 4 * static_cast<std::size_t>(image.pitch()) * static_cast<std::size_t>(image.height);
     if (image.rgba.size() != expected) throw Error(e.at("rgba"), "{} bytes, expected {}", image.rgba.size(), expected);
 }
 

@@ -45,15 +45,16 @@ std::vector<Range> touched(double lower, double upper, int size, Wrap wrap) {
 LuminanceSums::LuminanceSums(const TextureImage& image)
     : size_(image.width, image.height),
       sums_(static_cast<std::size_t>(image.width + 1) * static_cast<std::size_t>(image.height + 1), 0) {
-    std::array<double, 256> linear;
-    for (int i = 0; i < 256; ++i) linear[i] = srgb_to_linear(static_cast<std::uint8_t>(i));
+    std::vector<double> linear(image.largest() + 1);
+    for (std::size_t i = 0; i < linear.size(); ++i) linear[i] = srgb_to_linear(double(i) / image.largest());
     const std::size_t pitch = static_cast<std::size_t>(size_.x) + 1;
     const std::vector<std::uint8_t> read = image.tiles ? all_texels(image) : std::vector<std::uint8_t>();
     const std::uint8_t* texel = image.tiles ? read.data() : image.rgba.data();
     for (std::size_t y = 1; y <= static_cast<std::size_t>(size_.y); ++y) {
         std::uint64_t row = 0;
-        for (std::size_t x = 1; x < pitch; ++x, texel += 4) {
-            const double luminance = 0.2126 * linear[texel[0]] + 0.7152 * linear[texel[1]] + 0.0722 * linear[texel[2]];
+        for (std::size_t x = 1; x < pitch; ++x, texel += image.texel_bytes()) {
+            const auto value = [&](std::size_t c) { return linear[image.code(texel, c)]; };
+            const double luminance = 0.2126 * value(0) + 0.7152 * value(1) + 0.0722 * value(2);
             row += static_cast<std::uint64_t>(std::ceil(luminance * 0x1p20));
             sums_[y * pitch + x] = sums_[(y - 1) * pitch + x] + row;
         }

@@ -38,6 +38,7 @@ constexpr std::array kLookups = {
     SceneNeed{"mirrored repeat", &N::texture_mirrored, "TEXTURE_MIRRORED", "no texture repeats so"},
     SceneNeed{"clamped textures", &N::texture_clamped, "TEXTURE_CLAMPED", "no texture ends at its edges"},
     SceneNeed{"nearest texels", &N::texture_nearest, "TEXTURE_NEAREST", "no texture is looked up so"},
+    SceneNeed{"16-bit texels", &N::texture_deep, "TEXTURE_DEEP", "no texture of data has 16 bits"},
     SceneNeed{"mip levels", &N::texture_levels, "TEXTURE_LEVELS", "no texture has any (--texture-lod)"},
 };
 

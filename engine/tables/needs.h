@@ -35,6 +35,7 @@ struct SceneNeeds : MaterialNeeds, LightNeeds {
     bool texture_clamped = false;   // some axis is clamped to its edges
     bool texture_nearest = false;
     bool texture_levels = false;  // some texture has mip levels
+    bool texture_deep = false;    // some texture of data has 16 bits
 
     /// Returns whether next-event estimation has a light to sample.
     bool lights() const { return area_lights || punctual_lights || environment; }

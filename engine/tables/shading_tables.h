@@ -38,6 +38,8 @@ class TexelPool {
     void read(std::size_t first, std::span<Texel> texels) const;
 
   private:
+    static std::size_t bytes_of_place(const TextureImage& image);
+
     std::map<std::size_t, const TextureImage*> images_;  // images by the index of their first texel
     std::size_t size_ = 0;
 };
@@ -45,8 +47,9 @@ class TexelPool {
 /// A use of an image whose texels are loaded in tiles. Uses of the same texels have tiles of their own.
 struct TiledTexture {
     std::shared_ptr<const ImageTiles> tiles;
-    ivec2 size{0};          // texels
+    ivec2 size{0};          // texels; deep ones of data take two columns
     bool is_color = false;  // PooledImage::is_color
+    bool deep = false;      // TextureImage::deep
     bool pinned = false;    // PooledImage::pinned
     std::uint32_t first_tile = 0;
 
@@ -65,7 +68,7 @@ struct ShadingTables {
     std::vector<PooledImage> pooled;                // images in the order of their texels
     bool texels_left_out = false;                   // true: the pools equal those of `last`
     TexelPool<std::uint16_t> color_texels;          // RGBA16F: pool of linear colours
-    TexelPool<std::uint8_t> data_texels;            // RGBA8: pool of data
+    TexelPool<std::uint8_t> data_texels;            // RGBA8: pool of data; texels of 16 bits take two places
     std::vector<TiledTexture> tiled;                // in place of both pools, for scenes with tiled textures
     std::vector<vec4> lights;                       // RGBA32F: rows of lights
     std::vector<vec2> light_alias;                  // RG32F: alias table over lights

@@ -36,12 +36,12 @@ std::vector<const TextureImage*> TexturePools::levels_of(int image, bool is_colo
 
 TiledTexture TexturePools::tiled(const TextureImage& level, bool is_color, bool pinned) const {
     assert(level.tiles);
-    return {level.tiles, {level.width, level.height}, is_color, pinned, 0};
+    return {level.tiles, {is_color ? level.width : level.pitch(), level.height}, is_color, level.deep, pinned, 0};
 }
 
 /// Returns the texels of a level in its pool, or its tiles.
 std::uint32_t TexturePools::count_of(const TextureImage& level, bool is_color) const {
-    if (!tiles_) return static_cast<std::uint32_t>(level.rgba.size() / 4);
+    if (!tiles_) return static_cast<std::uint32_t>(level.rgba.size() / (is_color ? level.texel_bytes() : 4));
     const ivec2 count = tiled(level, is_color, false).tile_count();
     return static_cast<std::uint32_t>(count.x) * static_cast<std::uint32_t>(count.y);
 }
@@ -95,47 +95,56 @@ template <class Channel>
 void TexelPool<Channel>::add(const TextureImage& image) {
     if (image.rgba.empty()) return;
     images_[size_] = &image;
-    size_ += image.rgba.size() / 4;
+    size_ += image.rgba.size() / bytes_of_place(image);
+}
+
+template <class Channel>
+std::size_t TexelPool<Channel>::bytes_of_place(const TextureImage& image) {
+    return std::is_same_v<Channel, std::uint16_t> ? image.texel_bytes() : 4;
 }
 
 template <class Channel>
 void TexelPool<Channel>::read(std::size_t first, std::span<Texel> texels) const {
     assert(first + texels.size() <= size_);
-    const auto& [linear, alpha] = color_halves();
     auto image = texels.empty() ? images_.end() : std::prev(images_.upper_bound(first));
-    std::size_t at = 4 * (texels.empty() ? 0 : first - image->first);
+    std::size_t at = texels.empty() ? 0 : bytes_of_place(*image->second) * (first - image->first);
     for (Texel& texel : texels) {
         if (at == image->second->rgba.size()) ++image, at = 0;
         const std::uint8_t* from = &image->second->rgba[at];
         if constexpr (std::is_same_v<Channel, std::uint16_t>)
-            texel = {linear[from[0]], linear[from[1]], linear[from[2]], alpha[from[3]]};
+            texel = color_halves(image->second->deep).of(*image->second, from);
         else
             texel = {from[0], from[1], from[2], from[3]};
-        at += 4;
+        at += bytes_of_place(*image->second);
     }
 }
 
 template class TexelPool<std::uint8_t>;
 template class TexelPool<std::uint16_t>;
 
-const ColorHalves& color_halves() {
-    static const ColorHalves halves = [] {
+const ColorHalves& color_halves(bool deep) {
+    const auto halves = [](int largest) {
         ColorHalves h;
-        for (std::size_t i = 0; i < 256; ++i) {
-            h.linear[i] = glm::packHalf1x16(static_cast<float>(srgb_to_linear(static_cast<std::uint8_t>(i))));
-            h.alpha[i] = glm::packHalf1x16(static_cast<float>(i) / 255.0f);
+        for (int i = 0; i <= largest; ++i) {
+            h.linear.push_back(glm::packHalf1x16(static_cast<float>(srgb_to_linear(double(i) / largest))));
+            h.alpha.push_back(glm::packHalf1x16(static_cast<float>(i) / static_cast<float>(largest)));
         }
         return h;
-    }();
-    return halves;
+    };
+    static const ColorHalves shallow = halves(255);
+    if (!deep) return shallow;
+    static const ColorHalves fine = halves(65535);
+    return fine;
 }
 
 std::uint32_t TexturePools::add(const TextureRef& texture, bool is_color, bool pinned) {
     const std::vector<const TextureImage*> levels = levels_of(texture.image, is_color);
+    const bool deep = !is_color && levels[0]->deep;
     const std::uint32_t flags = static_cast<std::uint32_t>(texture.wrap_u) |
                                 (static_cast<std::uint32_t>(texture.wrap_v) << shared::kTextureWrapVShift) |
                                 (texture.nearest ? shared::kTextureNearest : 0u) |
                                 (texture.uv_set == 1 ? shared::kTextureUvSet1 : 0u) |
+                                (deep ? shared::kTextureDeep : 0u) |
                                 (static_cast<std::uint32_t>(levels.size() - 1) << shared::kTextureLastLevelShift);
     const glm::mat3x2& m = texture.uv_transform;
     std::array<uvec4, shared::kTextureStride> descriptor = {
@@ -149,6 +158,7 @@ std::uint32_t TexturePools::add(const TextureRef& texture, bool is_color, bool p
     needs.texture_uv_set_1 |= texture.uv_set == 1;
     needs.texture_nearest |= texture.nearest;
     needs.texture_levels |= levels.size() > 1;
+    needs.texture_deep |= deep;
     for (const Wrap wrap : {texture.wrap_u, texture.wrap_v}) {
         needs.texture_mirrored |= wrap == Wrap::mirrored_repeat;
         needs.texture_clamped |= wrap == Wrap::clamp_to_edge;

@@ -12,12 +12,18 @@
 
 namespace halflight {
 
-/// Values of the colour pool by the 8-bit values of an image: half floats.
+/// Values of the colour pool by the codes of an image: half floats.
 struct ColorHalves {
-    std::array<std::uint16_t, 256> linear;  // decoded from sRGB
-    std::array<std::uint16_t, 256> alpha;
+    std::vector<std::uint16_t> linear;  // decoded from sRGB
+    std::vector<std::uint16_t> alpha;
+
+    std::array<std::uint16_t, 4> of(const TextureImage& image, const std::uint8_t* texel) const {
+        const auto code = [&](std::size_t c) { return image.code(texel, c); };
+        return {linear[code(0)], linear[code(1)], linear[code(2)], alpha[code(3)]};
+    }
 };
-const ColorHalves& color_halves();
+/// Returns the values of codes of 8 bits, or of 16 bits if they are deep.
+const ColorHalves& color_halves(bool deep);
 
 /// Allocator of images in the texel pools of `tables`, when they are first referred to. Every pair of image and use is
 /// stored once, and so is every descriptor.

@@ -98,9 +98,10 @@ TriangleWords::TriangleWords(const Scene& scene) : scene_(scene) {
         const TextureImage& image = scene_.images[index];
         const std::vector<std::uint8_t> read = image.tiles ? all_texels(image) : std::vector<std::uint8_t>();
         const std::vector<std::uint8_t>& rgba = image.tiles ? read : image.rgba.get();
-        std::uint8_t lowest = 255;
-        for (std::size_t i = 3; i < rgba.size(); i += 4) lowest = std::min(lowest, rgba[i]);
-        image_alpha_[index] = static_cast<float>(lowest) / 255.0f;
+        std::uint32_t lowest = image.largest();
+        for (std::size_t i = 0; i < rgba.size(); i += image.texel_bytes())
+            lowest = std::min(lowest, image.code(&rgba[i], 3));
+        image_alpha_[index] = static_cast<float>(lowest) / static_cast<float>(image.largest());
     }
 }
 

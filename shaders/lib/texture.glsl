@@ -10,10 +10,12 @@ const bool kTiledTextures = HALFLIGHT_TILED_TEXTURES != 0;
 const bool kTileRequests = kTiledTextures && HALFLIGHT_TILE_REQUESTS != 0;
 const bool kUvSet1 = HALFLIGHT_TEXTURE_UV_SET_1 != 0;
 const bool kTransformedTextures = HALFLIGHT_TEXTURE_TRANSFORMS != 0;
+const bool kDeepTextures = HALFLIGHT_TEXTURE_DEEP != 0;
 
 struct TexelFootprint {
     ivec4 texel;  // places in the pool: upper left, upper right, lower left, lower right
     vec2 weight;  // weight of the right and of the lower texels
+    bool deep;    // texels take two places
 };
 
 // Wraps one axis of a lookup at coordinate s, in texels; the axis has `size` texels.
@@ -102,6 +104,12 @@ TexelFootprint texture_footprint(uint descriptor, vec2 uv0, vec2 uv1, int tile_s
     TexelFootprint f;
     wrap_axis(uv.x, size.x, flags & kTextureWrapMask, nearest, first.x, second.x, f.weight.x);
     wrap_axis(uv.y, size.y, (flags >> kTextureWrapVShift) & kTextureWrapMask, nearest, first.y, second.y, f.weight.y);
+    f.deep = kDeepTextures && (flags & kTextureDeep) != 0u;
+    if (f.deep) {
+        size.x *= 2;
+        first.x *= 2;
+        second.x *= 2;
+    }
     ivec2 rows = int(head.x) + ivec2(first.y, second.y) * size.x;
     f.texel = kTiledTextures
                   ? tiled_texels(int(head.x), size, ivec2(first.y, second.y), ivec2(first.x, second.x), tile_shift)
@@ -137,6 +145,16 @@ vec4 data_texel(int index) {
     return texelFetch(data_texels, index);
 }
 
+// Returns a texel of a footprint: (256 high + low) / 65535 of its bytes if it is deep.
+vec4 data_texel(TexelFootprint f, int corner) {
+    precise vec4 value = data_texel(f.texel[corner]);
+    if (kDeepTextures) {
+        precise vec4 fine = (256.0 * value + data_texel(f.texel[corner] + (f.deep ? 1 : 0))) / 257.0;
+        value = f.deep ? fine : value;
+    }
+    return value;
+}
+
 // Returns linear colour and alpha; 1 if the slot is empty.
 vec4 color_texture(uint descriptor, vec2 uv0, vec2 uv1) {
     if (descriptor == kNoTexture) return vec4(1.0);
@@ -149,6 +167,5 @@ vec4 color_texture(uint descriptor, vec2 uv0, vec2 uv1) {
 vec4 data_texture(uint descriptor, vec2 uv0, vec2 uv1) {
     if (descriptor == kNoTexture) return vec4(1.0);
     TexelFootprint f = texture_footprint(descriptor, uv0, uv1, kDataTileShift);
-    return blend_footprint(f, data_texel(f.texel.x), data_texel(f.texel.y), data_texel(f.texel.z),
-                           data_texel(f.texel.w));
+    return blend_footprint(f, data_texel(f, 0), data_texel(f, 1), data_texel(f, 2), data_texel(f, 3));
 }

@@ -4,8 +4,12 @@
 //   texel 1   transform: bits of m00, m01, m02 and 0, u = m00 s + m01 t + m02
 //   texel 2   transform: bits of m10, m11, m12 and 0, v = m10 s + m11 t + m12
 //
-// Pools hold texels row-major, top row first: colour as linear half floats, everything else as 8-bit unorm. A pool with
-// more texels than a texture buffer can address has several banks, texture buffers of 2^HALFLIGHT_COLOR_BANK_SHIFT or
+// Pools hold texels row-major, top row first: colour as linear half floats, everything else as 8-bit unorm.
+//
+// HALFLIGHT_TEXTURE_DEEP: some textures of data have 16 bits (kTextureDeep). Their texels take two places, or two columns
+// of a tile: the four high bytes, then the four low ones.
+//
+// A pool with more texels than a texture buffer can address has several banks, texture buffers of 2^HALFLIGHT_COLOR_BANK_SHIFT or
 // 2^HALFLIGHT_DATA_BANK_SHIFT texels each. HALFLIGHT_COLOR_BANK_n and HALFLIGHT_DATA_BANK_n tell whether bank n > 0
 // exists.
 //
@@ -41,6 +45,7 @@ HALFLIGHT_SHARED_CONST uint kTextureWrapMask = 3u;    // bits 0-1: wrap of u
 HALFLIGHT_SHARED_CONST uint kTextureWrapVShift = 2u;  // bits 2-3: wrap of v
 HALFLIGHT_SHARED_CONST uint kTextureNearest = 16u;
 HALFLIGHT_SHARED_CONST uint kTextureUvSet1 = 32u;
+HALFLIGHT_SHARED_CONST uint kTextureDeep = 64u;
 HALFLIGHT_SHARED_CONST uint kTextureLastLevelShift = 8u;  // bits 8-12: number of the last mip level
 
 HALFLIGHT_SHARED_END

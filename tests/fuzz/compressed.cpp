@@ -70,7 +70,7 @@ void meshopt(std::string_view input) {
     limit_memory();
     check_errors("view", [&] {
         const GltfMeshoptView compressed = *read_meshopt_view(view, "view");
-        compressed.check_length("view");
+        compressed.check_length(input.empty() ? 0 : static_cast<unsigned char>(input[0]), "view");
         if (compressed.decode(input, "view").size() != compressed.size()) throw Broken("the size is wrong");
     });
 }

@@ -70,6 +70,24 @@ TEST(ReferenceTextures, TransformsAndDecodes) {
     EXPECT_NEAR(decoded.a, 0.8, 1e-12);
 }
 
+TEST(ReferenceTextures, SixteenBits) {
+    Scene scene;
+    TextureImage image{.name = "deep", .width = 2, .height = 1, .rgba = {}, .deep = true};
+    image.rgba = {0x12, 0, 0, 0xff, 0x34, 1, 2, 0xff, 0x12, 0, 0, 0x80, 0x36, 3, 4, 0};
+    scene.images.push_back(image);
+    TextureRef ref;
+    ref.image = 0;
+    const dvec4 data = sample_texture(scene, ref, {0.5, 0.5}, Encoding::linear) * 65535.0;
+    EXPECT_NEAR(data.r, 0x1235, 1e-9);
+    EXPECT_NEAR(data.g, 2, 1e-9);
+    EXPECT_NEAR(data.b, 3, 1e-9);
+    EXPECT_NEAR(data.a, (0xffff + 0x8000) / 2.0, 1e-9);
+    const dvec4 color = sample_texture(scene, ref, {0.25, 0.5}, Encoding::srgb);
+    EXPECT_NEAR(color.r, std::pow((0x1234 / 65535.0 + 0.055) / 1.055, 2.4), 1e-12);
+    EXPECT_NEAR(color.g, 1 / 65535.0 / 12.92, 1e-15);
+    EXPECT_NEAR(color.a, 1, 1e-15);
+}
+
 /// Returns the surface where a vertical ray hits a textured quad in the plane z = 0.
 Surface surface_of(const Material& material, std::uint8_t r, std::uint8_t g, std::uint8_t b, std::uint8_t a) {
     Scene scene;

@@ -192,6 +192,7 @@ Json list_facts(const InfoArguments& a) {
             {"files", files},
             {"triangles_with_instances", size.drawn},
             {"texture_bytes", size.texture_bytes},
+            {"texture_bytes_beyond_8_bits", size.deep_bytes},
             {"largest_mesh_bytes", size.largest_mesh}};
 }
 

@@ -353,8 +353,9 @@ void finish_render_options(const CLI::App& app, RenderArguments& a) {
     take_size_options(app, a);
     if (a.settings_file) use_settings(app, a);
     // Pipelines that write .exr files mean the camera of the file, whatever it shows at first.
-    a.view.replace_blind = !a.view.camera && !a.choice.animation && a.frames.empty() && !a.settings.optics.traced() &&
-                           a.settings.backfaces != Backfaces::show &&
+    a.view.warn_of_blind = !a.view.camera && !a.choice.animation && a.frames.empty() && !a.settings.optics.traced() &&
+                           a.settings.backfaces != Backfaces::show;
+    a.view.replace_blind = a.view.warn_of_blind &&
                            std::ranges::none_of(a.outputs, [](const auto& path) { return has_extension(path, "exr"); });
     if ((a.settings.time_limit > 0 || a.settings.error) && app.count("--samples") == 0)
         a.settings.samples = kMaxSamples;

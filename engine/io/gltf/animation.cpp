@@ -147,7 +147,8 @@ class Reader {
         if (!of_node(property)) return 0;
         const tinygltf::Node& node = model.nodes[static_cast<std::size_t>(index)];
         if (property == AnimatedProperty::weights) return count_morph_targets(node.mesh, element, "nodes", index);
-        if (!node.matrix.empty()) document_.fail(element, "nodes[{}] has a matrix, which cannot be driven", index);
+        if (!node.matrix.empty() && property != AnimatedProperty::visibility)
+            document_.fail(element, "nodes[{}] has a matrix, which cannot be driven", index);
         return 0;
     }
 
@@ -190,6 +191,12 @@ class Reader {
         const Json& from = samplers_->at(index);
         Keyframes keys;
         keys.interpolation = interpolation_of(from);
+        if (property_of(target) == AnimatedProperty::visibility && keys.interpolation != Interpolation::step) {
+            if (keys.interpolation == Interpolation::cubic_spline)
+                document_.fail(element, "interpolates visibility, which can only be switched (STEP)");
+            document_.warnings.fault("interpolates visibility, which is switched at its keys (STEP)", element);
+            keys.interpolation = Interpolation::step;
+        }
         const bool weights = morph_targets > 0;
         keys.rotation = property_of(target) == AnimatedProperty::rotation;
         keys.components = weights ? morph_targets : components_of(target);

@@ -31,13 +31,6 @@ bool has_range(const ByteSource& buffer, const GltfMeshoptView& view) {
     return view.length > 0 && view.offset + view.length <= buffer.size();
 }
 
-/// Returns what the library cannot decode in a compressed view; empty if it can decode all, and for bad ranges.
-std::string undecodable(const GltfMeshoptView& view, const ByteSource& buffer) {
-    std::string first;
-    if (!has_range(buffer, view)) return "";
-    return view.undecodable(static_cast<unsigned char>(buffer.read(view.offset, 1, first)[0]));
-}
-
 }  // namespace
 
 void take_buffers(Json& root, GltfDocument& document, const ByteSource& binary_chunk) {
@@ -66,19 +59,12 @@ void take_buffers(Json& root, GltfDocument& document, const ByteSource& binary_c
             document.tolerate_unused("bufferViews", static_cast<std::size_t>(i), error);
             continue;
         }
-        const std::string missing =
-            compressed ? undecodable(*compressed, document.buffers[static_cast<std::size_t>(compressed->buffer)]) : "";
         const std::size_t own = view.at("buffer");
-        if ((!compressed || !missing.empty()) && unopened[own]) {
+        if (!compressed && unopened[own]) {
             document.buffers[own] = open_buffer(buffers[own], own, document, binary_chunk);
             unopened[own] = false;
         }
-        const bool falls_back = !missing.empty() && document.buffers[own].size() > 0;
-        if (falls_back)
-            document.warnings.add(
-                fmt::format("its compressed data uses {}, which is not supported; its fallback is used", missing),
-                name(i));
-        if (compressed && !falls_back) document.compressed_views[i] = *compressed;
+        if (compressed) document.compressed_views[i] = *compressed;
     }
 }
 
@@ -89,7 +75,9 @@ std::uint64_t GltfDocument::view_size(int buffer_view) const {
         if (!has_range(buffer, view))
             fail(name(buffer_view), "its compressed data ends at byte {} of buffers[{}], which has {}",
                  view.offset + view.length, view.buffer, buffer.size());
-        view.check_length(file + ": " + name(buffer_view));
+        std::string first;
+        view.check_length(static_cast<unsigned char>(buffer.read(view.offset, 1, first)[0]),
+                          file + ": " + name(buffer_view));
         return view.size();
     }
     // schema.h limits sizes to 2^53, so their sum does not overflow.

@@ -10,6 +10,7 @@
 #include "engine/io/file_kind.h"
 #include "engine/io/files.h"
 #include "engine/io/gltf/buffers.h"
+#include "engine/io/gltf/driven.h"
 #include "engine/io/gltf/extras.h"
 #include "engine/io/gltf/parts.h"
 #include "engine/io/gltf/rules.h"
@@ -28,16 +29,19 @@ std::set<std::string> check_extensions(const Json& root, GltfDocument& document)
     std::string unknown;
     for (const std::string name : root.value("extensionsRequired", Json::array())) {
         required.insert(name);
-        if (gltf_extensions().contains(name)) continue;
+        if (gltf_extensions().contains(name) || gltf_extension_without_effect(name)) continue;
         unknown += (unknown.empty() ? "" : ", ") + name;
     }
     if (!unknown.empty()) throw Error(document.file, "requires what is not supported: {}", unknown);
-    std::set<std::string> used;
+    std::set<std::string> used = required;
     for (const std::string name : root.value("extensionsUsed", Json::array())) used.insert(name);
     for (const std::string& name : used) {
-        if (!gltf_extensions().contains(name))
+        if (const char* const what = gltf_extension_without_effect(name))
+            document.warnings.add(fmt::format("extension {} is ignored: {}", name, what));
+        else if (!gltf_extensions().contains(name))
             document.warnings.add(fmt::format("extension {} is used but not supported; it is ignored", name));
     }
+    document.restarts = used.contains("KHR_mesh_primitive_restart");
     return required;
 }
 
@@ -236,8 +240,10 @@ void check_values(Json& root, GltfDocument& document, std::vector<GltfFault>& fa
         if (type != "perspective" && type != "orthographic") document.fail(element, "type '{}' is unknown", type);
         if (!camera.contains(type)) document.fail(element, "has no '{}'", type);
     });
-    each("extensions.KHR_lights_punctual.lights", "light", [&](const Json& light, const std::string& element) {
-        if (light["type"] == "spot" && !light.contains("spot")) document.fail(element, "has no 'spot'");
+    each("extensions.KHR_lights_punctual.lights", "light", [&](Json& light, const std::string& element) {
+        if (light["type"] != "spot" || light.contains("spot")) return;
+        warnings.fault("has no 'spot', its cone is the default one", element);
+        light["spot"] = Json::object();
     });
 }
 
@@ -427,6 +433,10 @@ GltfDocument open_gltf(const fs::path& path, const GltfOptions& options) {
     }
     document.images = take_images(root);
     take_buffers(root, document, chunks.binary);
+    const Json::json_pointer visible("/extensions/KHR_node_visibility/visible");
+    if (root.contains("nodes"))
+        for (const Json& node : root["nodes"]) document.visible.push_back(node.value(visible, true) ? 1 : 0);
+    document.switched = switched_nodes(document.animations, document.visible.size());
     document.model = to_model(std::move(root), document.file);
     choose_images(document, required);
     return document;

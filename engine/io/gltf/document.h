@@ -87,6 +87,9 @@ struct GltfDocument {
     std::vector<std::string> variants;                   // names of the material variants
     std::vector<float> stroke_radii;                     // radius of points and lines, by mesh; empty: left out
     std::optional<FrameRate> frame_rate;                 // frame rate in the scene's extras
+    std::vector<double> visible;                         // KHR_node_visibility of each node; 0: hidden
+    std::set<int> switched;                              // nodes whose visibility some animation drives
+    bool restarts = false;                               // the largest index restarts a strip, fan, or line
     std::vector<LightSize> light_sizes;                  // size of each light, from its extras
     std::vector<Lens> lenses;                            // lens of each camera, from its extras
     nlohmann::json materials = nlohmann::json::array();  // materials of the file, checked

@@ -22,17 +22,18 @@ struct Field {
     std::string_view list;
     std::string rest;
     AnimatedProperty property;
-    Place (*place)(tinygltf::Model&, std::size_t index);  // null: `rest` is a pointer within GltfDocument::materials[N]
+    Place (*place)(GltfDocument&, std::size_t index);  // null: `rest` is a pointer within GltfDocument::materials[N]
     Values default_values;  // one per component; empty for weights, whose number depends on the mesh
 };
 
 constexpr std::string_view kNodes = "/nodes/", kMeshes = "/meshes/", kMaterials = "/materials/", kCameras = "/cameras/",
                            kLights = "/extensions/KHR_lights_punctual/lights/";
+constexpr const char* kVisible = "/extensions/KHR_node_visibility/visible";
 
 /// Returns the place of a nested member in an element of one of the model's lists.
 template <auto kList, auto... kMembers>
-Place place(tinygltf::Model& model, std::size_t index) {
-    return &((model.*kList)[index].*....*kMembers);
+Place place(GltfDocument& document, std::size_t index) {
+    return &((document.model.*kList)[index].*....*kMembers);
 }
 
 using tinygltf::Model;
@@ -50,6 +51,7 @@ std::vector<Field> plain_fields() {
         {kNodes, "/translation", translation, place<&Model::nodes, &Node::translation>, Values(3)},
         {kNodes, "/rotation", rotation, place<&Model::nodes, &Node::rotation>, Values(4)},
         {kNodes, "/scale", scale, place<&Model::nodes, &Node::scale>, Values(3)},
+        {kNodes, kVisible, visibility, [](GltfDocument& d, std::size_t node) { return Place(&d.visible[node]); }, {1}},
         {kNodes, "/weights", weights, place<&Model::nodes, &Node::weights>, {}},
         {kMeshes, "/weights", mesh_weights, place<&Model::meshes, &Mesh::weights>, {}},
         {kLights, "/color", light, place<&Model::lights, &Light::color>, Values(3)},
@@ -161,6 +163,26 @@ std::optional<GltfTarget> follow_pointer(const GltfDocument& document, const std
     return std::nullopt;
 }
 
+std::set<int> switched_nodes(const Json& animations, std::size_t nodes) {
+    std::set<int> switched;
+    const auto look = [&](const auto& self, const Json& value) -> void {
+        if (value.is_string()) {
+            std::string_view pointer = value.get_ref<const std::string&>();
+            if (!pointer.starts_with(kNodes) || !pointer.ends_with(kVisible)) return;
+            pointer.remove_prefix(kNodes.size());
+            pointer.remove_suffix(std::min(std::string_view(kVisible).size(), pointer.size()));
+            if (const auto index = array_index(pointer); index && *index < nodes)
+                switched.insert(static_cast<int>(*index));
+        }
+        for (const char* const key : {"channels", "target", "extensions", "KHR_animation_pointer", "pointer"})
+            if (value.is_object() && value.contains(key)) self(self, value[key]);
+        if (value.is_array())
+            for (const Json& element : value) self(self, element);
+    };
+    look(look, animations);
+    return switched;
+}
+
 std::optional<GltfTarget> node_target(std::string_view path, int node) {
     const auto found = std::ranges::find_if(
         fields(), [&](const Field& f) { return f.list == kNodes && std::string_view(f.rest).substr(1) == path; });
@@ -186,7 +208,7 @@ std::vector<double> driven_values(const GltfDocument& document, const GltfTarget
         const Json& found = material.at(pointer);
         return found.is_array() ? found.get<Values>() : Values{found.get<double>()};
     }
-    const Place place = field.place(const_cast<tinygltf::Model&>(document.model), index);  // the model is only read
+    const Place place = field.place(const_cast<GltfDocument&>(document), index);  // the document is only read
     if (const auto* number = std::get_if<double*>(&place)) return {**number};
     return *std::get<Values*>(place);
 }
@@ -199,7 +221,7 @@ void set_driven_values(GltfDocument& document, const GltfTarget& target, const s
         place = field.default_values.size() == 1 ? Json(values.at(0)) : Json(values);
         return;
     }
-    const Place place = field.place(document.model, index);
+    const Place place = field.place(document, index);
     if (const auto* number = std::get_if<double*>(&place))
         **number = values.at(0);
     else

@@ -3,6 +3,7 @@
 
 #include <compare>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -26,6 +27,8 @@ struct GltfTarget {
 ///   - specular-glossiness of a material without it.
 std::optional<GltfTarget> follow_pointer(const GltfDocument& document, const std::string& pointer,
                                          const std::string& element);
+/// Returns the nodes whose visibility some animation drives. The animations need not be valid.
+std::set<int> switched_nodes(const nlohmann::json& animations, std::size_t nodes);
 /// Returns the target of a channel without a pointer, by its path ("rotation"); none if the path is unknown.
 std::optional<GltfTarget> node_target(std::string_view path, int node);
 

@@ -52,7 +52,7 @@ GltfDocument open_document(const std::filesystem::path& path, const GltfOptions&
     const std::size_t meshes = document.model.meshes.size();
     document.stroke_radii.assign(std::max<std::size_t>(meshes, 1), static_cast<float>(options.line_width / 2));
     std::vector<bool> found(meshes, false);
-    for (const int node : nodes.shown) {
+    for (const int node : nodes.all) {
         const auto mesh = static_cast<std::size_t>(document.model.nodes[static_cast<std::size_t>(node)].mesh);
         if (mesh >= meshes || found[mesh]) continue;
         found[mesh] = true;
@@ -413,7 +413,8 @@ bool GltfScene::parts_come_and_go(Playing playing) {
     for (const std::size_t index : playing) {
         const Animation& animation = animations().at(index);
         for (const AnimationChannel& channel : animation.channels) {
-            if (channel.property >= AnimatedProperty::emission && channel.property != AnimatedProperty::camera)
+            const AnimatedProperty p = channel.property;
+            if (p == AnimatedProperty::visibility || (p >= AnimatedProperty::emission && p != AnimatedProperty::camera))
                 return true;
             if (channel.property != AnimatedProperty::scale) continue;
             const std::vector<float>& scales = animation.keyframes[channel.keyframes].values;

@@ -128,9 +128,10 @@ std::map<int, LevelUses> level_uses(const GltfDocument& document, const std::vec
 }
 
 /// Returns the bytes of the mip levels of an image.
-std::size_t level_bytes(int width, int height, const LevelUses& uses) {
+std::size_t level_bytes(const ImageHeader& header, const LevelUses& uses) {
     const std::size_t chains = (uses.color ? 1 : 0) + (uses.data || uses.normal ? 1 : 0);
-    return chains > 0 ? 4 * chains * level_texels(width, height) : 0;
+    const std::size_t texels = level_texels(static_cast<int>(header.width), static_cast<int>(header.height));
+    return (header.deep ? 8 : 4) * chains * texels;
 }
 
 using DecodedImages = std::map<int, DecodedImage>;  // by glTF image
@@ -143,7 +144,7 @@ int threads_for_decoding(const GltfDocument& document, const std::vector<ByteSou
         try {
             const ImageHeader header = read_header("", source, document.options.max_image_side);
             const std::size_t with_levels = document.options.mip_levels ? 2 : 1;  // at most, as colour and as data
-            largest = std::max(largest, with_levels * 4 * header.width * header.height + header.decoding_bytes);
+            largest = std::max(largest, with_levels * header.texels_bytes() + header.decoding_bytes);
         } catch (const Error&) {  // decoding reports the error
         }
     }
@@ -255,13 +256,18 @@ TextureImage roughness_from(const TextureImage& specular_glossiness, float facto
     TextureImage result{.name = specular_glossiness.name + " (roughness)",
                         .width = specular_glossiness.width,
                         .height = specular_glossiness.height,
-                        .rgba = {}};
+                        .rgba = {},
+                        .deep = specular_glossiness.deep};
     std::vector<std::uint8_t> rgba = all_texels(specular_glossiness);
-    for (std::size_t i = 0; i < rgba.size(); i += 4) {
-        const float glossiness = factor * static_cast<float>(rgba[i + 3]);
-        rgba[i] = rgba[i + 2] = 0;
-        rgba[i + 1] = static_cast<std::uint8_t>(255.5f - glossiness);
-        rgba[i + 3] = 255;
+    const float largest = static_cast<float>(result.largest());
+    for (std::size_t i = 0; i < rgba.size(); i += result.texel_bytes()) {
+        const float glossiness = factor * static_cast<float>(result.code(&rgba[i], 3));
+        const auto roughness = static_cast<std::uint32_t>(largest + 0.5f - glossiness);
+        const std::array<std::uint32_t, 4> codes = {0, roughness, 0, result.largest()};
+        for (std::size_t c = 0; c < 4; ++c) {
+            rgba[i + c] = static_cast<std::uint8_t>(result.deep ? codes[c] >> 8 : codes[c]);
+            if (result.deep) rgba[i + c + 4] = static_cast<std::uint8_t>(codes[c] & 255);
+        }
     }
     result.rgba = std::move(rgba);
     return result;
@@ -280,13 +286,12 @@ ImageSizes measure_images(GltfDocument& document, const std::vector<GltfMaterial
             try {
                 const ImageHeader header = read_header("", open_encoded(document, static_cast<std::size_t>(image)),
                                                        document.options.max_image_side);
-                it->second = 4 * header.width * header.height;
+                it->second = header.texels_bytes();
                 const auto use = uses.find(image);
                 const std::size_t with_levels =
-                    it->second + (use == uses.end() ? 0
-                                                    : level_bytes(static_cast<int>(header.width),
-                                                                  static_cast<int>(header.height), use->second));
+                    it->second + level_bytes(header, use == uses.end() ? LevelUses() : use->second);
                 sizes.texels += with_levels;
+                if (header.deep) sizes.deep += with_levels / 2;
                 sizes.largest = std::max(sizes.largest, with_levels);
                 sizes.largest_decoder = std::max(sizes.largest_decoder, header.decoding_bytes);
                 return it->second;

@@ -121,9 +121,12 @@ class Instances {
 
     /// Adds an instance. Its mesh is the index of a request until finish() has built the meshes. The joints of a skin
     /// are added to its pose if they are needed.
-    void add(int node, const dmat4& object_to_world, GltfPose pose) {
+    void add(int node, dmat4 object_to_world, GltfPose pose) {
         // The joints of a pose include the node's transform.
-        const bool moves = !pose.skin && pose.joints.empty() && kept_.animated.move(node);
+        const bool moves =
+            kept_.animated.vanish(node) || (!pose.skin && pose.joints.empty() && kept_.animated.move(node));
+        if (nodes_.hidden[static_cast<std::size_t>(node)])  // as if by a scale of 0
+            for (int axis = 0; axis < 3; ++axis) object_to_world[axis] = dvec4(0);
         const int request = find_request(node, std::move(pose));
         requests_[static_cast<std::size_t>(request)].moves |= moves;
         requests_[static_cast<std::size_t>(request)].visible |= leaves_area(object_to_world);
@@ -283,9 +286,9 @@ class Instances {
 GltfAnimatedObjects find_animated_objects(const GltfDocument& document, std::span<const AnimationChannel> channels) {
     const tinygltf::Model& model = document.model;
     const std::vector<bool> none(model.nodes.size(), false);
-    GltfAnimatedObjects animated{none, none, std::vector<bool>(document.materials.size(), false)};
+    GltfAnimatedObjects animated{none, none, none, std::vector<bool>(document.materials.size(), false)};
     std::vector<bool> weighted(model.meshes.size(), false);  // meshes whose default weights are driven
-    std::vector<int> todo;
+    std::vector<int> todo, vanishing;
     for (const AnimationChannel& channel : channels) {
         const auto target = static_cast<std::size_t>(channel.target);
         if (channel.property == AnimatedProperty::weights)
@@ -295,19 +298,22 @@ GltfAnimatedObjects find_animated_objects(const GltfDocument& document, std::spa
         else if (channel.property == AnimatedProperty::normal_map)
             animated.normal_maps[target] = true;
         else if (of_node(channel.property))
-            todo.push_back(channel.target);
+            (channel.property == AnimatedProperty::visibility ? vanishing : todo).push_back(channel.target);
     }
     for (std::size_t i = 0; i < model.nodes.size(); ++i) {
         const tinygltf::Node& node = model.nodes[i];
         if (node.mesh != kNone && node.weights.empty() && weighted[static_cast<std::size_t>(node.mesh)])
             animated.weights[i] = true;
     }
-    while (!todo.empty()) {
-        const auto node = static_cast<std::size_t>(todo.back());
-        todo.pop_back();
-        if (animated.nodes[node]) continue;
-        animated.nodes[node] = true;
-        todo.insert(todo.end(), model.nodes[node].children.begin(), model.nodes[node].children.end());
+    todo.insert(todo.end(), vanishing.begin(), vanishing.end());
+    for (const auto& [marks, start] : {std::pair(&animated.nodes, &todo), std::pair(&animated.switched, &vanishing)}) {
+        while (!start->empty()) {
+            const auto node = static_cast<std::size_t>(start->back());
+            start->pop_back();
+            if ((*marks)[node]) continue;
+            (*marks)[node] = true;
+            start->insert(start->end(), model.nodes[node].children.begin(), model.nodes[node].children.end());
+        }
     }
     return animated;
 }

@@ -19,10 +19,12 @@ namespace halflight {
 /// Objects that animations move in any pose. The lists are empty without animations.
 struct GltfAnimatedObjects {
     std::vector<bool> nodes;        // per node: the node or a node above is driven
+    std::vector<bool> switched;     // per node: the visibility of the node or of a node above is driven
     std::vector<bool> weights;      // per node: the weights of the node or its mesh are driven
     std::vector<bool> normal_maps;  // per material: the transform of a normal map is driven, and tangents follow
 
     bool move(int node) const { return !nodes.empty() && nodes[static_cast<std::size_t>(node)]; }
+    bool vanish(int node) const { return !switched.empty() && switched[static_cast<std::size_t>(node)]; }
     bool morph(int node) const { return !weights.empty() && weights[static_cast<std::size_t>(node)]; }
     bool turn_tangents(const tinygltf::Mesh& mesh) const {
         return !normal_maps.empty() && std::ranges::any_of(mesh.primitives, [&](const tinygltf::Primitive& p) {
@@ -36,7 +38,7 @@ struct GltfAnimatedObjects {
     bool move_surface(const tinygltf::Model& model, int node) const {
         const tinygltf::Node& n = model.nodes[static_cast<std::size_t>(node)];
         const bool moved = n.skin == kNone ? move(node) : bend(model.skins[static_cast<std::size_t>(n.skin)]);
-        return moved || morph(node) || turn_tangents(model.meshes[static_cast<std::size_t>(n.mesh)]);
+        return moved || vanish(node) || morph(node) || turn_tangents(model.meshes[static_cast<std::size_t>(n.mesh)]);
     }
 };
 

@@ -106,7 +106,7 @@ class Converter {
             const Json* number = !found || count == 1 ? found : &(*found)[static_cast<std::size_t>(i)];
             const double value = number ? scale * number->get<double>() : 1;
             if (!(value >= lowest && value <= highest))
-                document_.warnings.add(
+                document_.warnings.fault(
                     fmt::format("{} is outside [{}, {}], clamped", label(path), range.lowest, range.highest), element_);
             result[i] = static_cast<float>(std::clamp(value, lowest, highest));
         }
@@ -125,7 +125,7 @@ class Converter {
         if (mode == TINYGLTF_TEXTURE_WRAP_CLAMP_TO_EDGE) return Wrap::clamp_to_edge;
         if (mode == TINYGLTF_TEXTURE_WRAP_MIRRORED_REPEAT) return Wrap::mirrored_repeat;
         if (mode != TINYGLTF_TEXTURE_WRAP_REPEAT)
-            document_.warnings.add(fmt::format("wrap mode {} is unknown, taken as repeat", mode), element_);
+            document_.warnings.fault(fmt::format("wrap mode {} is unknown, taken as repeat", mode), element_);
         return Wrap::repeat;
     }
 
@@ -162,7 +162,7 @@ class Converter {
         else if (mode == "BLEND")
             m_.alpha_mode = AlphaMode::blend;
         else if (mode != "OPAQUE")
-            document_.warnings.add(fmt::format("alphaMode '{}' is unknown, taken as OPAQUE", mode), element_);
+            document_.warnings.fault(fmt::format("alphaMode '{}' is unknown, taken as OPAQUE", mode), element_);
     }
 
     /// Converts to a dielectric with the same reflectances, whose F0 is `specular`. load_images() converts glossiness

@@ -29,6 +29,7 @@ std::vector<GltfMaterial> convert_materials(GltfDocument& document);
 
 struct ImageSizes {
     std::size_t texels = 0;           // bytes of all textures
+    std::size_t deep = 0;             // those that images of 16 bits take beyond 8 bits
     std::size_t pinned = 0;           // bytes of textures that tests of alpha and lights look up
     std::size_t largest = 0;          // bytes of the largest image
     std::size_t largest_decoder = 0;  // bytes that one decoder needs at most besides its texels

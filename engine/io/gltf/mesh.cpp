@@ -127,7 +127,7 @@ void GltfMeshes::finish(Mesh& part, const GltfMaterial* material, VertexExtras e
     const DroppedTriangles dropped = drop_bad_triangles(part, &extras);
     report_.non_finite_triangles_dropped += dropped.non_finite;
     if (dropped.non_finite > 0)
-        document_.warnings.add("has positions that are not finite, their triangles are left out", part.name);
+        document_.warnings.fault("has positions that are not finite, their triangles are left out", part.name);
     report_.degenerate_triangles_dropped += dropped.degenerate;
     report_.normals_generated +=
         part.normals.empty() ? generate_flat_normals(part, &extras) : repair_normals(part, extras.sides);
@@ -143,7 +143,7 @@ void GltfMeshes::finish(Mesh& part, const GltfMaterial* material, VertexExtras e
 void GltfMeshes::add_tangents(Mesh& part, const GltfMaterial* material, const VertexExtras& extras) {
     const std::optional<TextureRef> map = tangent_texture_of(material);
     if (!map || part.triangles.empty() || (!part.tangents.empty() && normalize_tangents(part.tangents))) return;
-    if (!part.tangents.empty()) document_.warnings.add("has invalid tangents, they are recomputed", part.name);
+    if (!part.tangents.empty()) document_.warnings.fault("has invalid tangents, they are recomputed", part.name);
     part.tangents.clear();
     std::vector<vec2> uv = tangent_uvs(part, extras.uvs, *map);
     if (uv.empty()) {

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "engine/core/error.h"
+#include "engine/io/gltf/meshopt_codec.h"
 
 namespace halflight {
 namespace {
@@ -56,9 +57,12 @@ void check_layout(const GltfMeshoptView& view, std::uint64_t byte_length, const 
 
 }  // namespace
 
-void GltfMeshoptView::check_length(const std::string& subject) const {
-    // Attributes have a header of two bits for 16 bytes, triangles and indices have a byte each, and all have tails.
-    const std::uint64_t least = mode == Mode::attributes  ? 1 + size() / 64 + std::max<std::size_t>(stride, 32)
+void GltfMeshoptView::check_length(unsigned char first_byte, const std::string& subject) const {
+    // Attributes have at least two bits for 16 bytes (version 1: for 256), triangles and indices have a byte each, and
+    // all have tails.
+    const bool newer = first_byte == kMeshoptAttributes1;
+    const std::uint64_t least = mode == Mode::attributes
+                                    ? 1 + size() / (newer ? 1024 : 64) + std::max<std::size_t>(stride, newer ? 24 : 32)
                                 : mode == Mode::triangles ? 1 + count / 3 + 16
                                                           : 1 + count + 4;
     if (length < least)
@@ -66,21 +70,15 @@ void GltfMeshoptView::check_length(const std::string& subject) const {
                     stride, least, length);
 }
 
-std::string GltfMeshoptView::undecodable(unsigned char first_byte) const {
-    if (filter == Filter::color) return "the filter COLOR of KHR_meshopt_compression";
-    if (mode == Mode::attributes && first_byte == 0xa1) return "version 1 of KHR_meshopt_compression";
-    return "";
-}
-
 std::string GltfMeshoptView::decode(std::string_view compressed, const std::string& subject) const {
     const auto* const from = reinterpret_cast<const unsigned char*>(compressed.data());
-    if (const std::string part = undecodable(compressed.empty() ? 0 : from[0]); !part.empty())
-        throw Error(subject, "its compressed data uses {}, which is not supported", part);
     std::string bytes(size(), '\0');
     int failure = 0;
     switch (mode) {
         case Mode::attributes:
-            failure = meshopt_decodeVertexBuffer(bytes.data(), count, stride, from, compressed.size());
+            failure = !compressed.empty() && from[0] == kMeshoptAttributes1
+                          ? !decode_meshopt_attributes(bytes, stride, compressed)
+                          : meshopt_decodeVertexBuffer(bytes.data(), count, stride, from, compressed.size());
             break;
         case Mode::triangles:
             failure = meshopt_decodeIndexBuffer(bytes.data(), count, stride, from, compressed.size());
@@ -93,6 +91,7 @@ std::string GltfMeshoptView::decode(std::string_view compressed, const std::stri
     if (filter == Filter::octahedral) meshopt_decodeFilterOct(bytes.data(), count, stride);
     if (filter == Filter::quaternion) meshopt_decodeFilterQuat(bytes.data(), count, stride);
     if (filter == Filter::exponential) meshopt_decodeFilterExp(bytes.data(), count, stride);
+    if (filter == Filter::color) decode_meshopt_colors(bytes, stride);
     return bytes;
 }
 

@@ -1,5 +1,4 @@
-// Buffer views compressed by meshoptimizer: EXT_meshopt_compression, and KHR_meshopt_compression as far as version 0.18
-// of the library reads it.
+// Buffer views compressed by meshoptimizer: EXT_meshopt_compression and KHR_meshopt_compression.
 #pragma once
 
 #include <cstdint>
@@ -24,10 +23,9 @@ struct GltfMeshoptView {
 
     /// Returns the bytes after decompression.
     std::uint64_t size() const { return count * stride; }
-    /// Throws Error if the compressed data are too short for the elements, whatever their values.
-    void check_length(const std::string& subject) const;
-    /// Returns the part of the extensions that the library cannot decode, from the first byte of the data, or nothing.
-    std::string undecodable(unsigned char first_byte) const;
+    /// Throws Error if the compressed data are too short for the elements, whatever their values. The first byte of the
+    /// data tells the version of the codec.
+    void check_length(unsigned char first_byte, const std::string& subject) const;
     std::string decode(std::string_view compressed, const std::string& subject) const;
 };
 

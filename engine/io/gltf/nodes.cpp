@@ -28,12 +28,12 @@ dmat4 local_matrix(GltfDocument& document, std::size_t index) {
     const tinygltf::Node& node = document.model.nodes[index];
     if (node.matrix.empty()) {
         const dvec4 rotation = to_vector(node.rotation, dvec4(0, 0, 0, 1));
-        if (rotation == dvec4(0)) document.warnings.add("rotation is a zero quaternion, it is ignored", name(index));
+        if (rotation == dvec4(0)) document.warnings.fault("rotation is a zero quaternion, it is ignored", name(index));
         return compose(to_vector(node.translation, dvec3(0)), rotation, to_vector(node.scale, dvec3(1)));
     }
     dmat4 m = glm::make_mat4(node.matrix.data());
     if (glm::row(m, 3) != dvec4(0, 0, 0, 1)) {
-        document.warnings.add("last row of the matrix is not 0 0 0 1, it is ignored", name(index));
+        document.warnings.fault("last row of the matrix is not 0 0 0 1, it is ignored", name(index));
         for (int column = 0; column < 4; ++column) m[column].w = column == 3 ? 1 : 0;
     }
     return m;
@@ -60,12 +60,6 @@ dmat3 directions_of(const tinygltf::Node& node) {
 bool mirrors(const tinygltf::Node& node) {
     if (!node.matrix.empty()) return determinant_of(dmat4(directions_of(node))) < 0;
     return std::ranges::count_if(node.scale, [](double s) { return s < 0; }) % 2 == 1;
-}
-
-/// Returns whether the node hides itself and all nodes below it.
-bool is_hidden(const tinygltf::Node& node) {
-    const tinygltf::Value* extension = find_extension(node.extensions, "KHR_node_visibility");
-    return extension && extension->Has("visible") && !extension->Get("visible").Get<bool>();
 }
 
 /// Calls f(). If nothing uses a node, an Error becomes a warning.
@@ -145,7 +139,7 @@ PunctualLight convert_light(GltfDocument& document, std::size_t index) {
     const dvec3 intensity = from.intensity * to_vector(from.color, dvec3(1));
     light.intensity = vec3(to_light(intensity.x), to_light(intensity.y), to_light(intensity.z));
     if (dvec3(light.intensity) != dvec3(vec3(intensity)))
-        document.warnings.add("light intensity is negative or too large, clamped", element);
+        document.warnings.fault("light intensity is negative or too large, clamped", element);
     const LightTypeRow* type = find_light_type(from.type);
     if (!type) document.fail(element, "light type '{}' is unknown", from.type);
     light.type = type->type;
@@ -157,7 +151,7 @@ PunctualLight convert_light(GltfDocument& document, std::size_t index) {
     if (!(light.outer_cone > 0)) document.fail(element, "outerConeAngle {} is not positive", from.spot.outerConeAngle);
     if (light.inner_cone >= light.outer_cone) light.inner_cone = std::nextafter(light.outer_cone, 0.0f);
     if (light.outer_cone != float(from.spot.outerConeAngle) || light.inner_cone != float(from.spot.innerConeAngle))
-        document.warnings.add("cone angles are not 0 <= inner < outer <= pi/2, clamped", element);
+        document.warnings.fault("cone angles are not 0 <= inner < outer <= pi/2, clamped", element);
     return light;
 }
 
@@ -218,7 +212,7 @@ Camera convert_camera(GltfDocument& document, std::size_t index) {
     }
     if (camera.near_plane < 0 || camera.far_plane < 0 ||
         (camera.far_plane != 0 && camera.far_plane <= camera.near_plane)) {
-        document.warnings.add("znear and zfar are not 0 <= znear < zfar, they are ignored", element);
+        document.warnings.fault("znear and zfar are not 0 <= znear < zfar, they are ignored", element);
         camera.near_plane = camera.far_plane = 0;
     }
     return camera;
@@ -251,17 +245,21 @@ GltfNodes resolve_nodes(GltfDocument& document) {
 
     nodes.world.resize(model.nodes.size());
     nodes.mirrored.resize(model.nodes.size());
-    std::vector<bool> reached(model.nodes.size(), false), hidden(model.nodes.size(), false);
+    std::vector<bool> reached(model.nodes.size(), false);
+    std::vector<bool> for_good(model.nodes.size(), false);  // hidden by a node that no animation switches
+    nodes.hidden.resize(model.nodes.size());
     walk(document, roots, [&](std::size_t node) {
         reached[node] = true;
         nodes.world[node] = local_matrix(document, node);
         nodes.mirrored[node] = mirrors(model.nodes[node]);
-        hidden[node] = is_hidden(model.nodes[node]);
+        nodes.hidden[node] = document.visible[node] == 0;
+        for_good[node] = nodes.hidden[node] && !document.switched.contains(static_cast<int>(node));
         if (parents[node] != kNone) {
             const auto parent = static_cast<std::size_t>(parents[node]);
             nodes.world[node] = nodes.world[parent] * nodes.world[node];
             nodes.mirrored[node] = nodes.mirrored[parent] != nodes.mirrored[node];
-            hidden[node] = hidden[node] || hidden[parent];
+            nodes.hidden[node] = nodes.hidden[node] || nodes.hidden[parent];
+            for_good[node] = for_good[node] || for_good[parent];
         }
         if (within_float_range(nodes.world[node])) return;
         tolerate(document, node, [&] { document.fail(name(node), "its transform overflows"); });
@@ -284,7 +282,7 @@ GltfNodes resolve_nodes(GltfDocument& document) {
     }
     walk(document, roots, [&](std::size_t node) { nodes.all.push_back(static_cast<int>(node)); });
     std::ranges::copy_if(nodes.all, std::back_inserter(nodes.shown),
-                         [&](int node) { return !hidden[static_cast<std::size_t>(node)]; });
+                         [&](int node) { return !for_good[static_cast<std::size_t>(node)]; });
     return nodes;
 }
 
@@ -313,6 +311,7 @@ std::vector<PunctualLight> convert_lights(GltfDocument& document, const GltfNode
         if (!extension) continue;
         const auto index = static_cast<std::size_t>(extension->Get("light").GetNumberAsInt());
         PunctualLight light = convert_light(document, index);
+        if (nodes.hidden[n]) light.intensity = vec3(0);
         light.position = nodes.world[n][3];
         dvec3 direction = -glm::normalize(dvec3(nodes.world[n][2]));
         if (glm::any(glm::isnan(direction))) direction = -glm::normalize(directions_of(document, nodes, n)[2]);

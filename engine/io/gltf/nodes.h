@@ -13,7 +13,9 @@ struct GltfNodes {
     std::vector<bool> mirrored;  // per node: its world transform mirrors, with scales of 0 taken as 1
     std::vector<int> parents;    // per node; kNone: none
     std::vector<int> all;        // nodes of the scene, parents first, each once
-    std::vector<int> shown;      // nodes of the scene that KHR_node_visibility does not hide; cameras ignore it
+    // Nodes of the scene that KHR_node_visibility does not hide, or that some animation may show. Cameras ignore it.
+    std::vector<int> shown;
+    std::vector<bool> hidden;  // per node: it or a node above is hidden now
 
     double side(std::size_t node) const { return mirrored[node] ? -1 : 1; }  ///< Returns Joint::side.
 };

@@ -46,6 +46,7 @@ SceneSize size_of_parts(std::span<GltfScene> parts) {
     for (GltfScene& part : parts) {
         const SceneSize size = part.size();
         all.texture_bytes += size.texture_bytes;
+        all.deep_bytes += size.deep_bytes;
         all.pinned_bytes += size.pinned_bytes;
         all.largest_image = std::max(all.largest_image, size.largest_image);
         all.instance_bytes += size.instance_bytes;

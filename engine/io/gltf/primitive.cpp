@@ -29,6 +29,24 @@ std::vector<uvec3> make_triangles(const std::vector<std::uint32_t>& v, int mode)
     return triangles;
 }
 
+/// Returns the corners of the separate triangles or segments that strips, fans and lines draw. `restart` ends each of
+/// them, and is no corner (KHR_mesh_primitive_restart).
+std::vector<std::uint32_t> separate(const std::vector<std::uint32_t>& indices, int mode, std::uint32_t restart) {
+    std::vector<std::uint32_t> corners;
+    for (auto from = indices.begin(); from < indices.end();) {
+        const auto to = std::find(from, indices.end(), restart);
+        const std::vector<std::uint32_t> run(from, to);
+        from = to == indices.end() ? to : to + 1;
+        if (!is_stroke(mode)) {
+            for (const uvec3& t : make_triangles(run, mode)) corners.insert(corners.end(), {t.x, t.y, t.z});
+            continue;
+        }
+        for (std::size_t i = 0; i + 1 < run.size(); ++i) corners.insert(corners.end(), {run[i], run[i + 1]});
+        if (mode == TINYGLTF_MODE_LINE_LOOP && run.size() > 2) corners.insert(corners.end(), {run.back(), run.front()});
+    }
+    return corners;
+}
+
 }  // namespace
 
 std::optional<TextureRef> tangent_texture_of(const GltfMaterial* material) {
@@ -100,7 +118,7 @@ std::vector<V> GltfPrimitive::around(std::vector<V> values, std::size_t size) co
 void GltfPrimitive::read_triangles() {
     const std::size_t vertices = accessors_.count(attribute("POSITION"));
     const int accessor = primitive_.indices;
-    const int mode = draco_ ? TINYGLTF_MODE_TRIANGLES : primitive_.mode;
+    int mode = draco_ ? TINYGLTF_MODE_TRIANGLES : primitive_.mode;
     std::vector<std::uint32_t> indices;
     if (draco_) {
         indices = std::move(draco_->indices);
@@ -112,6 +130,16 @@ void GltfPrimitive::read_triangles() {
             warnings_.fault(fmt::format("its Draco data has no {}, the accessor has", name), element_);
     } else if (accessor != kNone) {
         indices = accessors_.read_integers(accessor, 1, 0, accessors_.count(accessor), "indices");
+        const bool joined = mode == TINYGLTF_MODE_LINE_LOOP || mode == TINYGLTF_MODE_LINE_STRIP ||
+                            mode == TINYGLTF_MODE_TRIANGLE_STRIP || mode == TINYGLTF_MODE_TRIANGLE_FAN;
+        if (document_.restarts && joined) {
+            const int type = document_.model.accessors[static_cast<std::size_t>(accessor)].componentType;
+            const std::uint32_t restart = type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE    ? 0xffu
+                                          : type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT ? 0xffffu
+                                                                                           : 0xffffffffu;
+            indices = separate(indices, mode, restart);
+            mode = is_stroke(mode) ? TINYGLTF_MODE_LINE : TINYGLTF_MODE_TRIANGLES;
+        }
     } else {
         if (vertices > std::numeric_limits<std::uint32_t>::max())
             document_.fail(element_, "{} vertices are more than 2^32 - 1", vertices);
@@ -128,20 +156,20 @@ void GltfPrimitive::read_triangles() {
     first_ = *lowest;
     count_ = *highest - first_ + 1;
     for (std::uint32_t& index : indices) index -= static_cast<std::uint32_t>(first_);
-    if (is_stroke(mode)) return read_strokes(indices);
+    if (is_stroke(mode)) return read_strokes(indices, mode);
     if (mode == TINYGLTF_MODE_TRIANGLES && indices.size() % 3 != 0)
         warnings_.fault("number of indices is not a multiple of 3, the last ones are left out", element_);
     still.triangles = make_triangles(indices, mode);
 }
 
-void GltfPrimitive::read_strokes(const std::vector<std::uint32_t>& indices) {
-    const StrokeSize size = measure_strokes(primitive_.mode, indices.size());
+void GltfPrimitive::read_strokes(const std::vector<std::uint32_t>& indices, int mode) {
+    const StrokeSize size = measure_strokes(mode, indices.size());
     if (size.vertices > std::numeric_limits<std::uint32_t>::max())
         document_.fail(element_, "its points or lines need {} vertices, more than 2^32 - 1", size.vertices);
-    if (primitive_.mode == TINYGLTF_MODE_LINE && indices.size() % 2 != 0)
+    if (mode == TINYGLTF_MODE_LINE && indices.size() % 2 != 0)
         warnings_.fault("number of indices is not a multiple of 2, the last one is left out", element_);
     const std::vector<vec3> positions = read_attribute<vec3>("POSITION");
-    strokes_ = make_strokes(primitive_.mode, indices, positions);
+    strokes_ = make_strokes(mode, indices, positions);
     stroke_count_ = size.strokes;
     still.triangles = std::move(strokes_->triangles);
 }
@@ -168,7 +196,7 @@ std::vector<vec2> GltfPrimitive::read_uv_set(int set) {
         uv = vec2(0);
         mended = true;
     }
-    if (mended) warnings_.add("texture coordinates are not finite, taken as 0", element_);
+    if (mended) warnings_.fault("texture coordinates are not finite, taken as 0", element_);
     return uvs;
 }
 

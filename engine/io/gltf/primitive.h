@@ -69,7 +69,7 @@ class GltfPrimitive final : public RestShape {
     /// Returns JOINTS_n and WEIGHTS_n. Joints without weight are 0; the highest index of these is added to `ignored`.
     JointSet read_joint_set(std::size_t set, std::uint32_t* ignored = nullptr) const;
     void read_triangles();
-    void read_strokes(const std::vector<std::uint32_t>& indices);
+    void read_strokes(const std::vector<std::uint32_t>& indices, int mode);
     void read_uvs(const GltfMaterial* material);
     std::vector<vec2> read_uv_set(int set);
     void read_colors();

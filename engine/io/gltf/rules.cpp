@@ -246,9 +246,21 @@ const std::map<std::string, std::string, std::less<>>& gltf_stubs() {
     return stubs;
 }
 
+const char* gltf_extension_without_effect(const std::string& name) {
+    static const std::map<std::string, const char*, std::less<>> reasons{
+        {"KHR_interactivity", "a picture shows the file before any event"},
+        {"KHR_node_hoverability", "nothing hovers over a picture"},
+        {"KHR_node_selectability", "nothing is selected in a picture"},
+        {"KHR_xmp_json_ld", "metadata change no picture"},
+    };
+    const auto found = reasons.find(name);
+    return found == reasons.end() ? nullptr : found->second;
+}
+
 const std::set<std::string>& gltf_extensions() {
     static const std::set<std::string> names = [] {
-        std::set<std::string> all{"KHR_mesh_quantization"};
+        // EXT_mesh_primitive_restart joins primitives of the file that are drawn one by one to the same picture.
+        std::set<std::string> all{"EXT_mesh_primitive_restart", "KHR_mesh_primitive_restart", "KHR_mesh_quantization"};
         for (const auto& [type, rules] : gltf_rules())
             if (type.ends_with("extensions"))
                 for (const GltfRule& rule : rules) all.insert(rule.key);

@@ -47,8 +47,12 @@ const GltfRules& gltf_rules();
 /// nothing uses.
 const std::map<std::string, std::string, std::less<>>& gltf_stubs();
 
-/// Returns the names of the supported extensions: those of the objects "extensions" in the rules, and
-/// KHR_mesh_quantization, which needs no rule.
+/// Returns the names of the supported extensions: those of the objects "extensions" in the rules, and those that need
+/// no rule.
 const std::set<std::string>& gltf_extensions();
+
+/// Returns why a picture does not depend on an extension, so that files may require it; null: it does, or it is
+/// unknown.
+const char* gltf_extension_without_effect(const std::string& name);
 
 }  // namespace halflight

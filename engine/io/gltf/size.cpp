@@ -179,6 +179,7 @@ SceneSize measure_gltf(GltfDocument& document, const GltfAnimatedObjects* moving
     size.vertex_texels =
         plus(0, vertices, std::size_t{1} + textures + any(&MeshSize::tangents) + any(&MeshSize::colors));
     size.texture_bytes = images.texels;
+    size.deep_bytes = images.deep;
     size.pinned_bytes = images.pinned;
     size.largest_image = images.largest;
     size.decoding_bytes = images.largest_decoder * std::max(1u, std::thread::hardware_concurrency());

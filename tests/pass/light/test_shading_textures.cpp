@@ -11,10 +11,11 @@
 namespace halflight {
 namespace {
 
-TextureImage random_image(int width, int height, unsigned seed) {
-    TextureImage image{"random", width, height, {}};
+TextureImage random_image(int width, int height, unsigned seed, bool deep = false) {
+    TextureImage image{.name = "random", .width = width, .height = height, .rgba = {}, .deep = deep};
     std::mt19937 random(seed);
-    for (int i = 0; i < 4 * width * height; ++i) image.rgba.edit().push_back(static_cast<std::uint8_t>(random() >> 24));
+    for (int i = 0; i < 4 * image.pitch() * height; ++i)
+        image.rgba.edit().push_back(static_cast<std::uint8_t>(random() >> 24));
     return image;
 }
 
@@ -44,9 +45,13 @@ dvec4 lookup(const TextureImage& image, const TextureRef& ref, const vec2& uv0, 
         for (int i = 0; i < 2; ++i) {
             const int x = wrapped(static_cast<long long>(cell.x) + i, image.width, ref.wrap_u);
             const int y = wrapped(static_cast<long long>(cell.y) + j, image.height, ref.wrap_v);
-            const std::uint8_t* texel = &image.rgba[static_cast<std::size_t>(4 * (y * image.width + x))];
+            const std::uint8_t* texel =
+                &image.rgba[image.texel_bytes() * static_cast<std::size_t>(y * image.width + x)];
             dvec4 value;
-            for (int k = 0; k < 4; ++k) value[k] = color && k < 3 ? srgb_to_linear(texel[k]) : texel[k] / 255.0;
+            for (int k = 0; k < 4; ++k) {
+                value[k] = double(image.code(texel, static_cast<std::size_t>(k))) / image.largest();
+                if (color && k < 3) value[k] = srgb_to_linear(value[k]);
+            }
             sum += (i == 0 ? 1 - f.x : f.x) * (j == 0 ? 1 - f.y : f.y) * value;
         }
     }
@@ -61,10 +66,10 @@ struct Sampling {
 class ShadingTextures : public GpuTest {
   protected:
     /// Compares lookups of a scene with one material for each kind of sampling.
-    static void expect_lookups(const std::vector<Sampling>& kinds) {
+    static void expect_lookups(const std::vector<Sampling>& kinds, bool deep = false) {
         Scene scene = triangle_scene({});
         scene.materials.resize(kinds.size());
-        scene.images = {random_image(5, 1, 3), random_image(13, 7, 1)};
+        scene.images = {random_image(5, 1, 3, deep), random_image(13, 7, 1, deep)};
         scene.meshes[0].triangles.assign(kinds.size(), {0, 1, 2});
         for (std::size_t k = 0; k < kinds.size(); ++k) {
             const auto& [u, v, nearest] = kinds[k];
@@ -118,6 +123,45 @@ TEST_F(ShadingTextures, EveryWrapFilterAndTransform) {
         expect_lookups({{u, u, false}});  // shaders that leave out the other kinds
     }
     expect_lookups(all);
+    expect_lookups(all, true);
+}
+
+/// Steps of 1/65535 stay apart in data. Colours are half floats, with 2^-11 of their value at most.
+TEST_F(ShadingTextures, SixteenBitsHaveNoBands) {
+    constexpr int kWidth = 600;
+    const auto ramp = [](int width, bool deep) {
+        TextureImage image{.name = "ramp", .width = width, .height = 1, .rgba = {}, .deep = deep};
+        for (int x = 0; x < width; ++x) {
+            const int code = 30000 + x, dark = 7 * x;
+            for (const int byte :
+                 {code >> 8, code >> 8, dark >> 8, dark >> 8, code & 255, code & 255, dark & 255, dark & 255})
+                image.rgba.edit().push_back(static_cast<std::uint8_t>(byte));
+        }
+        return image;
+    };
+    Scene scene = triangle_scene({});
+    // An image of 8 bits lies before, so that texels begin at an odd place of the pool.
+    scene.images = {random_image(3, 1, 1), ramp(kWidth, true)};
+    scene.materials[0].metallic_roughness_texture = {.image = 0};
+    scene.materials[0].specular_texture = {.image = 1};
+    scene.materials[0].base_color_texture = {.image = 1};
+    const ShadingScene shading(scene);
+    std::vector<vec4> uvs;
+    for (int x = 0; x + 1 < kWidth; ++x)
+        for (const double at : {0.5, 0.75}) uvs.emplace_back((x + at) / kWidth, 0.5, 0, 0);
+    const auto found = shading.run("#include \"shaders/lib/material.glsl\"", R"(
+        result[0] = color_texture(base_color_texture_slot(0u), inputs[i].xy, inputs[i].xy);
+        result[1] = data_texture(specular_texture_slot(0u), inputs[i].xy, inputs[i].xy);
+    )",
+                                   static_cast<std::uint32_t>(uvs.size()), 2, uvs);
+    for (std::size_t i = 0; i < uvs.size(); ++i) {
+        // Coordinates have errors of 2^-24 of the width.
+        const double x = double(uvs[i].x) * kWidth - 0.5;
+        EXPECT_NEAR(65535 * double(found[2 * i + 1].r), 30000 + x, 0.01) << i;
+        const double left = srgb_to_linear(7 * std::floor(x) / 65535), right = srgb_to_linear(7 * std::ceil(x) / 65535);
+        const double exact = left + (right - left) * (x - std::floor(x));
+        EXPECT_NEAR(double(found[2 * i].b), exact, 0x1p-11 * exact + 0x1p-25) << i;
+    }
 }
 
 TEST_F(ShadingTextures, NonFiniteCoordinatesStayInThePool) {

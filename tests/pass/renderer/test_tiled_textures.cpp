@@ -19,7 +19,7 @@ namespace halflight::test {
 namespace {
 
 /// Replaces the images of a scene by noise of other sizes: single texels, single rows and columns, sizes that are no
-/// multiple of a tile's, and sizes of several tiles. Alpha stays above 0.
+/// multiple of a tile's, and sizes of several tiles. All but the third have 16 bits. Alpha stays above 0.
 Scene with_noise(Scene scene) {
     constexpr ivec2 kSizes[] = {{300, 200}, {1, 1}, {16384, 1}, {1, 129}, {64, 64}, {65, 127}, {128, 128}, {517, 131}};
     std::mt19937 random(1);
@@ -27,7 +27,8 @@ Scene with_noise(Scene scene) {
         TextureImage& image = scene.images[i];
         const ivec2 size = kSizes[i % std::size(kSizes)];
         image.width = size.x, image.height = size.y;
-        image.rgba.edit().resize(4 * static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y));
+        image.deep = i != 2;
+        image.rgba.edit().resize(4 * static_cast<std::size_t>(image.pitch()) * static_cast<std::size_t>(size.y));
         for (std::uint8_t& value : image.rgba.edit()) value = static_cast<std::uint8_t>(random() | 1u);
     }
     return scene;

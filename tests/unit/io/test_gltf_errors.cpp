@@ -218,6 +218,19 @@ TEST_F(GltfText, OtherFormatsAreRefused) {
     }
 }
 
+TEST_F(GltfText, RequiredExtensionsWithoutEffectGiveAWarning) {
+    for (const std::string name :
+         {"KHR_xmp_json_ld", "KHR_interactivity", "KHR_node_hoverability", "KHR_node_selectability"}) {
+        const std::string names = "[\"" + name + "\"]";
+        const Scene scene = load_text(R"({"asset": {"version": "2.0", "extensions": {")" + name + R"(": {"packet": 0}}},
+            "extensions": {")" + name +
+                                      R"(": {"graphs": [], "packets": [{}]}}, "nodes": [{"extensions": {")" + name +
+                                      R"(": {"selectable": true}}}], "extensionsUsed": )" + names +
+                                      R"(, "extensionsRequired": )" + names + "}");
+        expect_warnings(scene.report.warnings, {"extension " + name + " is ignored: "});
+    }
+}
+
 TEST_F(GltfText, UnknownUsedExtensionsGiveAWarning) {
     const Scene scene =
         load_text(R"({"asset": {"version": "2.0"}, "extensionsUsed": ["X_b", "KHR_materials_ior", "X_b"]})");

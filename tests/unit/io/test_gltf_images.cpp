@@ -23,9 +23,36 @@ TEST_F(GltfMaterials, TexelsAreKeptUnchanged) {
         escaped += c == '+' || c == '/' || c == '=' ? fmt::format("%{:02X}", c) : std::string(1, c);
     for (const std::string& uri : {std::string(kPng16), escaped}) {
         b.json["images"][0] = {{"uri", uri}};
-        EXPECT_EQ(load().images.at(0).rgba, (std::vector<std::uint8_t>{0xff, 0x80, 0x13, 0x00, 0x01, 0x01, 0xab, 0xff}))
-            << "of 16 bits, rounded: 0x12ff is 18.99 / 255, 0x00ff nearly 1 / 255";
+        scene = load();
+        EXPECT_TRUE(scene.images.at(0).deep);
+        EXPECT_EQ(scene.images[0].rgba, (std::vector<std::uint8_t>{0xff, 0x80, 0x12, 0x00, 0xff, 0x00, 0xff, 0x00,  //
+                                                                   0x01, 0x00, 0xab, 0xff, 0x00, 0xff, 0xcd, 0xff}));
     }
+    const SceneSize headers = open(b).size(), loaded = size_of(scene);
+    EXPECT_EQ(headers.texture_bytes, 16u);
+    EXPECT_EQ(headers.deep_bytes, 8u);
+    EXPECT_EQ(loaded.texture_bytes, 16u);
+    EXPECT_EQ(loaded.deep_bytes, 8u);
+}
+
+TEST_F(GltfMaterials, SixteenBitsThatEightCanHoldTakeEight) {
+    Image picture(3, 2, 4);
+    for (std::size_t i = 0; i < picture.pixels.size(); ++i) picture.pixels[i] = float(i * 11 % 256) / 255;
+    material()["pbrMetallicRoughness"]["baseColorTexture"]["index"] = texture("a.png");
+    const auto texels_of = [&](int bits) {
+        write("a.png", encode_png("a.png", picture, {.bits = bits}));
+        return load().images.at(0);
+    };
+    const TextureImage eight = texels_of(8), sixteen = texels_of(16);
+    EXPECT_FALSE(sixteen.deep);
+    EXPECT_EQ(sixteen.rgba, eight.rgba);
+    picture.pixels[5] += 1.0f / 65535;
+    const TextureImage deep = texels_of(16);
+    ASSERT_TRUE(deep.deep);
+    for (std::size_t i = 0; i < 6; ++i)
+        for (std::size_t c = 0; c < 4; ++c)
+            EXPECT_EQ(deep.code(&deep.rgba[8 * i], c), 257u * eight.rgba[4 * i + c] + (4 * i + c == 5 ? 1 : 0));
+    EXPECT_EQ(open(b).size().deep_bytes, 24u) << "headers do not tell";
 }
 
 /// Returns a KTX2 of 2x1 texels without compression. transfer: 1 linear, 2 sRGB, 10 PQ; primaries: 1 BT.709, 4 BT.2020.

@@ -162,6 +162,45 @@ TEST_F(GltfPrimitive, Modes) {
     }
 }
 
+TEST_F(GltfPrimitive, TheLargestIndexRestartsJoinedPrimitives) {
+    const auto made = [&](int mode, int type, const auto& indices, const char* extension, double line_width = 0) {
+        GltfBuilder b;
+        Json& primitive = b.add_mesh(
+            {{"POSITION", b.floats("VEC3", {0, 0, 0, 1, 0, 0, 0, 1, 1, 1, 1, 0, 0, 2, 0, 5, 5, 5, 6, 5, 5})}});
+        primitive["mode"] = mode;
+        primitive["indices"] = b.accessor("SCALAR", type, indices);
+        b.require({extension});
+        return load(b, {.line_width = line_width});
+    };
+    const char* const name = "KHR_mesh_primitive_restart";
+    using U8 = std::vector<std::uint8_t>;
+    const std::vector<vec3> strip =
+        made(5, kU8, U8{0, 1, 2, 3, 255, 255, 6, 255, 2, 3, 4, 255}, name).meshes.at(0).positions;
+    const std::vector<vec3> plain =
+        made(4, kU8, U8{0, 1, 2, 1, 3, 2, 2, 3, 4}, "KHR_mesh_quantization").meshes.at(0).positions;
+    EXPECT_EQ(strip, plain) << "two strips, and a corner alone";
+    const auto fans = std::vector<std::uint16_t>{0, 1, 2, 3, 65535, 4, 3, 2};
+    EXPECT_EQ(made(6, kU16, fans, name).meshes.at(0).triangles.size(), 3u);
+    const auto large = std::vector<std::uint32_t>{4294967295u, 0, 1, 2, 4294967295u};
+    EXPECT_EQ(made(5, kU32, large, name).meshes.at(0).triangles.size(), 1u);
+    // Lines: two strips of one and of two segments; loops close each on its own, if they have three corners.
+    EXPECT_EQ(made(3, kU8, U8{0, 1, 255, 2, 3, 4}, name, 0.1).report.line_segments_drawn, 3u);
+    EXPECT_EQ(made(2, kU8, U8{0, 1, 255, 2, 3, 4}, name, 0.1).report.line_segments_drawn, 4u);
+    // Lists of triangles have no restarts, and other files neither.
+    EXPECT_NE(error_message([&] { made(4, kU8, U8{0, 1, 255}, name); }), "");
+    EXPECT_NE(error_message([&] { made(5, kU8, U8{0, 1, 2, 255, 0, 1, 2}, "KHR_mesh_quantization"); }), "");
+    // Groups of EXT_mesh_primitive_restart name primitives that are there one by one.
+    GltfBuilder b;
+    b.add_triangle();
+    b.json["meshes"][0]["primitives"].push_back(b.primitive());
+    b.json["meshes"][0]["extensions"]["EXT_mesh_primitive_restart"]["primitiveGroups"] = {
+        {{"primitives", {0, 1}}, {"indices", 0}}};
+    b.require({"EXT_mesh_primitive_restart"});
+    const Scene scene = load(b);
+    EXPECT_EQ(scene.meshes.at(0).triangles.size(), 2u);
+    EXPECT_TRUE(scene.report.warnings.empty());
+}
+
 TEST_F(GltfPrimitive, PointsAndLinesAreIgnoredAndReported) {
     GltfBuilder b;
     b.add_triangle();

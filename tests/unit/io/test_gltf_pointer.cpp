@@ -262,5 +262,106 @@ TEST_F(GltfPointer, MalformedPointersAreRefused) {
     EXPECT_TRUE(refusal_in_motion(with("/nodes/0/scale", "SCALAR", {1, 2})).starts_with("accessors[2]: "));
 }
 
+/// Adds a channel that switches the visibility of a node at the times 0, 1, 2, ...
+void switch_node(GltfBuilder& b, int node, const std::vector<std::uint8_t>& visible,
+                 const char* interpolation = "STEP") {
+    std::vector<float> times;
+    for (std::size_t i = 0; i < visible.size(); ++i) times.push_back(static_cast<float>(i));
+    const Json extension = {
+        {"KHR_animation_pointer",
+         {{"pointer", "/nodes/" + std::to_string(node) + "/extensions/KHR_node_visibility/visible"}}}};
+    b.push("animations",
+           {{"channels", {{{"sampler", 0}, {"target", {{"path", "pointer"}, {"extensions", extension}}}}}},
+            {"samplers",
+             {{{"input", b.floats("SCALAR", times)},
+               {"output", b.accessor("SCALAR", kU8, visible)},
+               {"interpolation", interpolation}}}}});
+}
+
+/// A parent (1) with a child (0) that has a mesh, a light (2) and a camera (3) below the child.
+GltfBuilder family(bool visible) {
+    GltfBuilder b;
+    b.add_triangle();
+    b.json["nodes"][0]["translation"] = {1, 2, 3};
+    b.json["nodes"][0]["children"] = {2, 3};
+    b.push("nodes", {{"children", {0}}, {"extensions", {{"KHR_node_visibility", {{"visible", visible}}}}}});
+    b.json["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "point"}}};
+    b.push("nodes", {{"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
+    b.add_perspective_camera();
+    b.push("nodes", {{"camera", 0}});
+    b.require({"KHR_animation_pointer", "KHR_lights_punctual", "KHR_node_visibility"});
+    return b;
+}
+
+TEST_F(GltfPointer, SwitchesVisibility) {
+    for (const bool at_rest : {true, false}) {
+        GltfBuilder b = family(at_rest);
+        switch_node(b, 1, {0, 1, 0});
+        GltfScene file = open(b);
+        EXPECT_TRUE(file.surfaces_move(kFirst) && file.parts_come_and_go(kFirst));
+        EXPECT_TRUE(file.camera_cuts(0, kFirst).empty());
+        for (const double seconds : {-1.0, 0.5, 1.0, 1.75, 2.0, 9.0}) {
+            const bool visible = seconds >= 1 && seconds < 2;
+            const Scene scene = file.at(seconds, kFirst);
+            // Objects keep their numbers and names. Hidden ones have no area, and no light.
+            ASSERT_TRUE(scene.instances.size() == 1 && scene.lights.size() == 1 && scene.cameras.size() == 1);
+            EXPECT_EQ(scene.instances[0].object_to_world[0].x, visible ? 1 : 0) << seconds;
+            EXPECT_EQ(scene.instances[0].object_to_world[3], dvec4(1, 2, 3, 1));
+            EXPECT_EQ(scene.meshes.at(0).triangles.size(), visible ? 1u : 0u);
+            EXPECT_EQ(scene.lights[0].intensity, vec3(visible ? 1 : 0));
+            EXPECT_EQ(scene.cameras[0].camera_to_world[3], dvec4(1, 2, 3, 1));
+        }
+        const Scene rest = file.at_rest();
+        EXPECT_EQ(rest.meshes.at(0).triangles.size(), at_rest ? 1u : 0u);
+        EXPECT_EQ(rest.lights.at(0).intensity, vec3(at_rest ? 1 : 0));
+        EXPECT_TRUE(rest.report.warnings.empty());
+    }
+    // A node above that hides for good takes the child out; a node below may be switched on its own.
+    GltfBuilder b = family(false);
+    switch_node(b, 0, {1, 1});
+    EXPECT_TRUE(open(b).at(0.5, kFirst).instances.empty());
+    b = family(true);
+    switch_node(b, 0, {0, 1});
+    EXPECT_TRUE(open(b).at(0.5, kFirst).meshes.at(0).triangles.empty());
+    EXPECT_FALSE(open(b).at(1, kFirst).meshes.at(0).triangles.empty());
+}
+
+TEST_F(GltfPointer, SwitchesSkinsAndInstancesAndLeavesJoints) {
+    GltfBuilder b;
+    const int positions = b.floats("VEC3", {0, 0, 0, 1, 0, 0, 0, 1, 0});
+    const int joints = b.accessor("VEC4", kU8, std::vector<std::uint8_t>(12));
+    const int weights = b.floats("VEC4", {1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0});
+    b.add_mesh({{"POSITION", positions}, {"JOINTS_0", joints}, {"WEIGHTS_0", weights}});
+    b.json["nodes"][0]["skin"] = b.push("skins", {{"joints", {1}}});
+    b.push("nodes", Json::object());
+    b.push("nodes", {{"mesh", 0}});
+    b.json["nodes"][2]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["TRANSLATION"] =
+        b.floats("VEC3", {0, 0, 0, 4, 0, 0});
+    b.require({"KHR_animation_pointer", "KHR_node_visibility", "EXT_mesh_gpu_instancing"});
+    const auto shown = [&](int node) {
+        GltfBuilder own = b;
+        switch_node(own, node, {0, 0});
+        std::vector<bool> areas;
+        for (const Instance& instance : open(own).at(0.5, kFirst).instances)
+            areas.push_back(instance.object_to_world[0].x != 0);
+        return areas;
+    };
+    EXPECT_EQ(shown(0), (std::vector<bool>{false, true, true}));
+    EXPECT_EQ(shown(1), (std::vector<bool>{true, true, true})) << "a joint moves a skin, whether it is shown or not";
+    EXPECT_EQ(shown(2), (std::vector<bool>{true, false, false}));
+}
+
+TEST_F(GltfPointer, VisibilityIsNotInterpolated) {
+    GltfBuilder b = family(true);
+    switch_node(b, 1, {1, 0}, "LINEAR");
+    GltfScene file = open(b);
+    EXPECT_FALSE(file.at(0.9, kFirst).meshes.at(0).triangles.empty());
+    expect_warnings(file.animation_warnings(), {"animations[0].samplers[0]: interpolates visibility"});
+    b = family(true);
+    switch_node(b, 1, {1, 1, 1, 0, 0, 0}, "CUBICSPLINE");
+    b.json["accessors"][b.json["animations"][0]["samplers"][0]["input"].get<int>()]["count"] = 2;
+    EXPECT_TRUE(refusal_in_motion(b).starts_with("animations[0].samplers[0]: interpolates visibility"));
+}
+
 }  // namespace
 }  // namespace halflight

@@ -172,6 +172,39 @@ TEST_F(GltfTolerance, OptionalMembersMayBeNull) {
     expect_warnings(spot.report.warnings, {"extensions.KHR_lights_punctual.lights[0].spot: is null"});
     b.json[Json::json_pointer(light + "type")] = "point";
     EXPECT_EQ(load(b).report.warnings.size(), 1u);
+
+    b.json["extensions"]["KHR_lights_punctual"]["lights"][0] = {{"type", "spot"}};
+    const Scene absent = load(b);
+    EXPECT_EQ(absent.lights.at(0).outer_cone, float(kPi / 4));
+    expect_warnings(absent.report.warnings, {"extensions.KHR_lights_punctual.lights[0]: has no 'spot'"});
+    EXPECT_NE(error_message([&] { load_gltf(write("scene.glb", b.glb()), {.strict = true}); }), "");
+}
+
+/// Values that are repaired, which other loaders read in their own ways.
+TEST_F(GltfTolerance, InvalidValuesAreErrorsWithStrict) {
+    const auto expect = [&](const std::string& start, const auto& change) {
+        GltfBuilder b = used();
+        change(b);
+        expect_warnings(load(b).report.warnings, {start});
+        const std::string message =
+            without_name(error_message([&] { load_gltf(write("scene.glb", b.glb()), {.strict = true}); }));
+        EXPECT_TRUE(message.starts_with(start)) << message;
+    };
+    const float nan = std::nanf("");
+    const auto put = [](const char* pointer, const Json& value) {
+        return [=](GltfBuilder& b) { b.json[Json::json_pointer(pointer)] = value; };
+    };
+    expect("meshes[1].primitives[0]: has positions that are not finite", [&](GltfBuilder& b) {
+        b.add_mesh({{"POSITION", b.floats("VEC3", {0, 0, 0, 1, 0, 0, 0, nan, 0, 0, 0, 0, 1, 0, 0, 0, 1, 0})}});
+        b.json["scenes"][0]["nodes"].push_back(b.json["nodes"].size() - 1);
+        b.json["buffers"][0]["byteLength"] = b.bytes().size();
+    });
+    expect("materials[0]: metallicFactor is outside [0, 1]",
+           put("/materials/0/pbrMetallicRoughness/metallicFactor", 2));
+    expect("materials[0]: alphaMode 'GLASS' is unknown", put("/materials/0/alphaMode", "GLASS"));
+    expect("nodes[0]: rotation is a zero quaternion", put("/nodes/0/rotation", {0, 0, 0, 0}));
+    expect("extensions.KHR_lights_punctual.lights[0]: light intensity is negative",
+           put("/extensions/KHR_lights_punctual/lights/0/intensity", -1));
 }
 
 TEST_F(GltfTolerance, RulesWithoutEffectOnThePicture) {

@@ -33,7 +33,7 @@ std::string refusal(Read* read, std::string_view bytes, int max_side = 16384) {
 Bytes decode(Read* read, std::string_view bytes) {
     TextureImage image;
     read("a", bytes, 16384, image);
-    EXPECT_EQ(image.rgba.size(), 4u * static_cast<std::size_t>(image.width * image.height));
+    EXPECT_EQ(image.rgba.size(), 4u * static_cast<std::size_t>(image.pitch() * image.height));
     return image.rgba;
 }
 
@@ -150,11 +150,12 @@ TEST(Png, EveryPixelFormatIsRead) {
         int side;
         Kind kind;
         std::vector<Bytes> rows;
-        Bytes texels;  // grey values, or all channels
+        Bytes texels;  // grey values, or all channels; of 16 bits all high bytes of a texel first
     } cases[] = {
         {2, {1, PNG_COLOR_TYPE_GRAY}, {{0x40}, {0x80}}, {0, 255, 255, 0}},
-        {1, {16, PNG_COLOR_TYPE_GRAY}, {{0x7e, 0xff}}, {0x7f}},  // rounded
-        {1, {16, PNG_COLOR_TYPE_RGB_ALPHA}, {{1, 255, 2, 255, 3, 255, 4, 255}}, {2, 3, 4, 5}},
+        {1, {16, PNG_COLOR_TYPE_GRAY}, {{0x7e, 0xff}}, {0x7e, 0xff}},
+        {1, {16, PNG_COLOR_TYPE_GRAY}, {{0x7e, 0x7e}}, {0x7e}},  // 8 bits hold it
+        {1, {16, PNG_COLOR_TYPE_RGB_ALPHA}, {{1, 255, 2, 254, 3, 253, 4, 252}}, {1, 2, 3, 4, 255, 254, 253, 252}},
         {2, {2, PNG_COLOR_TYPE_PALETTE}, {{0x10}, {0x40}}, {1, 2, 3, 128, 4, 5, 6, 255, 4, 5, 6, 255, 1, 2, 3, 128}},
         {2,
          {8, PNG_COLOR_TYPE_RGB, PNG_INTERLACE_ADAM7},

@@ -18,10 +18,10 @@
 namespace halflight {
 namespace {
 
-TextureImage noise(int width, int height, unsigned seed = 1) {
-    TextureImage image{.name = "noise", .width = width, .height = height, .rgba = {}};
+TextureImage noise(int width, int height, unsigned seed = 1, bool deep = false) {
+    TextureImage image{.name = "noise", .width = width, .height = height, .rgba = {}, .deep = deep};
     std::mt19937 random(seed);
-    for (std::size_t i = 0; i < 4 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height); ++i)
+    for (std::size_t i = 0; i < 4 * static_cast<std::size_t>(image.pitch()) * static_cast<std::size_t>(height); ++i)
         image.rgba.edit().push_back(static_cast<std::uint8_t>(random()));
     return image;
 }
@@ -46,11 +46,13 @@ TEST_F(TextureStores, GiveBackTheTexelsOfAnySize) {
     std::vector<std::pair<TextureImage, TextureImage>> images;  // in memory, in tiles
     for (const ivec2 size : {ivec2(1, 1), ivec2(64, 64), ivec2(65, 63), ivec2(200, 130), ivec2(16384, 1), ivec2(1, 700),
                              ivec2(128, 64), ivec2(129, 65)}) {
-        const TextureImage image = noise(size.x, size.y);
-        TextureImage tiled = image;
-        store->take(tiled);
-        EXPECT_TRUE(tiled.rgba.empty());
-        images.emplace_back(image, tiled);
+        for (const bool deep : {false, true}) {
+            const TextureImage image = noise(size.x, size.y, 1, deep);
+            TextureImage tiled = image;
+            store->take(tiled);
+            EXPECT_TRUE(tiled.rgba.empty());
+            images.emplace_back(image, tiled);
+        }
     }
     EXPECT_GT(store->bytes(), 100000u);
     store.reset();  // the file lasts as long as its images
@@ -62,7 +64,7 @@ TEST_F(TextureStores, GiveBackTheTexelsOfAnySize) {
         EXPECT_EQ(texel_of(tiled, last / 2), texel_of(image, last / 2));
     }
     std::vector<std::uint8_t> tile(ImageTiles::kBytes, 1);
-    images[2].second.tiles->read({2, 0}, tile);
+    images[4].second.tiles->read({2, 0}, tile);
     EXPECT_EQ(tile[4], 0) << "beyond the image";
     EXPECT_EQ(folder_.entries().size(), 0u) << "the file has no name";
 }
@@ -123,13 +125,14 @@ class TextureCache : public testing::Test {
         EXPECT_EQ(files.size(), 1u);
         return files.at(0);
     }
-    static TextureImage with_levels(unsigned seed = 1) {
-        TextureImage image = noise(130, 70, seed);
+    static TextureImage with_levels(unsigned seed = 1, bool deep = false) {
+        TextureImage image = noise(130, 70, seed, deep);
         add_levels(image, {.color = true, .data = true});
         return image;
     }
     static void expect_same(const TextureImage& tiled, const TextureImage& image) {
         EXPECT_EQ(ivec2(tiled.width, tiled.height), ivec2(image.width, image.height));
+        EXPECT_EQ(tiled.deep, image.deep);
         EXPECT_TRUE(all_texels(tiled) == image.rgba);
         for (const auto levels : {&TextureImage::color_levels, &TextureImage::data_levels}) {
             ASSERT_EQ((tiled.*levels).size(), (image.*levels).size());
@@ -141,7 +144,7 @@ class TextureCache : public testing::Test {
 };
 
 TEST_F(TextureCache, HoldsTilesAndLevels) {
-    const TextureImage image = with_levels(), other = noise(40, 40, 2);
+    const TextureImage image = with_levels(), other = with_levels(2, true);
     TextureImage first = image, second, third = other, fourth;
     {
         const auto writer = store();
@@ -197,7 +200,7 @@ TEST_F(TextureCache, MakesDamagedAndForeignFilesAnew) {
     tiled = image;
     store()->take(tiled, 7);
     EXPECT_TRUE(read_file(path, 1 << 30) == whole);
-    std::filesystem::copy_file(path, path.parent_path() / "0000000000000008-1.tiles");
+    std::filesystem::copy_file(path, path.parent_path() / ("0000000000000008" + path.filename().string().substr(16)));
     EXPECT_FALSE(store()->find(8, tiled)) << "a file of another key";
 
     std::string damaged = whole;  // the damage is in a tile, which is checked when it is read

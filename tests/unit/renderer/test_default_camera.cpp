@@ -130,12 +130,17 @@ TEST(DefaultCamera, ReplacesACameraThatSeesNothing) {
     scene.cameras.push_back(look_at_camera({0, 0, 3}, {0, 0, 9}, {0, 1, 0}, 1));
     scene.cameras.back().name = "away";
     EXPECT_EQ(choose_camera(scene, {}).index, 0u) << "sequences keep the camera of the file";
+    const ChosenCamera kept = choose_camera(scene, {.warn_of_blind = true});
+    EXPECT_EQ(kept.index, 0u);
+    EXPECT_FALSE(kept.warning.empty());
+    EXPECT_TRUE(choose_camera(scene, {}).warning.empty());
     const ChosenCamera chosen = choose_camera(scene, {.replace_blind = true});
     EXPECT_FALSE(chosen.index);
     EXPECT_NE(chosen.warning.find("'away'"), std::string::npos);
     EXPECT_TRUE(chosen.options.starts_with("--look-from="));
     scene.cameras[0] = look_at_camera({0, 0, 3}, {0, 0, 0}, {0, 1, 0}, 1);
     EXPECT_EQ(choose_camera(scene, {.replace_blind = true}).index, 0u);
+    EXPECT_TRUE(choose_camera(scene, {.warn_of_blind = true}).warning.empty());
 }
 
 TEST(Turntable, KeepsTheSceneInThePicture) {

@@ -23,6 +23,22 @@ TextureImage with_levels(TextureImage image, const LevelUses& uses) {
     return image;
 }
 
+/// Returns an image of 16 bits with the codes of one of 8 bits, times 257: the same values.
+TextureImage deepened(const TextureImage& image) {
+    TextureImage deep{.name = image.name, .width = image.width, .height = image.height, .rgba = {}, .deep = true};
+    for (std::size_t i = 0; i < image.rgba.size(); i += 4)
+        for (int twice = 0; twice < 2; ++twice)
+            deep.rgba.edit().insert(deep.rgba.edit().end(), &image.rgba[i], &image.rgba[i] + 4);
+    return deep;
+}
+
+std::array<double, 4> values(const TextureImage& image, std::size_t index) {
+    std::array<double, 4> v;
+    for (std::size_t c = 0; c < 4; ++c)
+        v[c] = double(image.code(&image.rgba[index * image.texel_bytes()], c)) / image.largest();
+    return v;
+}
+
 Texel texel(const TextureImage& image, std::size_t index) {
     return {image.rgba[4 * index], image.rgba[4 * index + 1], image.rgba[4 * index + 2], image.rgba[4 * index + 3]};
 }
@@ -94,6 +110,36 @@ TEST(TextureLevels, AverageNormalsAsUnitVectors) {
     const Texel east = {255, 128, 128, 255}, west = {0, 127, 127, 255};
     EXPECT_EQ(texel(with_levels(image_of(2, 1, {east, west}), kNormal).data_levels[0], 0), (Texel{128, 128, 255, 255}))
         << "normals that cancel out";
+}
+
+TEST(TextureLevels, KeepSixteenBits) {
+    std::mt19937 random(1);
+    TextureImage noise{.name = "noise", .width = 37, .height = 20, .rgba = {}};
+    for (int i = 0; i < 4 * 37 * 20; ++i) noise.rgba.edit().push_back(static_cast<std::uint8_t>(random()));
+    for (const LevelUses& uses : {kColor, kData, kNormal}) {
+        const TextureImage shallow = with_levels(noise, uses), deep = with_levels(deepened(noise), uses);
+        for (const auto levels : {&TextureImage::color_levels, &TextureImage::data_levels}) {
+            ASSERT_EQ((deep.*levels).size(), (shallow.*levels).size());
+            if ((deep.*levels).empty()) continue;
+            const TextureImage &fine = (deep.*levels)[0], &coarse = (shallow.*levels)[0];
+            ASSERT_TRUE(fine.deep);
+            ASSERT_EQ(fine.rgba.size(), 2 * coarse.rgba.size());
+            for (std::size_t i = 0; i < coarse.rgba.size() / 4; ++i)
+                for (std::size_t c = 0; c < 4; ++c)
+                    EXPECT_NEAR(values(fine, i)[c], values(coarse, i)[c], 0.51 / 255) << i << ' ' << c;
+        }
+    }
+    // A dark ramp, finer than 8 bits: the mean of two neighbours lies between them.
+    TextureImage ramp{.name = "ramp", .width = 64, .height = 1, .rgba = {}, .deep = true};
+    for (unsigned x = 0; x < 64; ++x)
+        for (const unsigned byte : {2u, 2u, 2u, 2u, 3 * x, 3 * x, 3 * x, 3 * x})
+            ramp.rgba.edit().push_back(static_cast<std::uint8_t>(byte));
+    for (const auto& [uses, levels] :
+         {std::pair(kColor, &TextureImage::color_levels), std::pair(kData, &TextureImage::data_levels)}) {
+        const TextureImage half = (with_levels(ramp, uses).*levels)[0];
+        for (std::size_t x = 0; x < 32; ++x)
+            EXPECT_NEAR(65535 * values(half, x)[0], 512 + 3 * (2.0 * double(x) + 0.5), 0.51) << x;
+    }
 }
 
 }  // namespace

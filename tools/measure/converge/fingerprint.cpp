@@ -15,6 +15,7 @@ class SceneHash {
     std::uint64_t of(const Scene& scene) {
         list(scene.images, [&](const TextureImage& i) {
             number(i.width), number(i.height);
+            if (i.deep) number(i.deep);
             plain(i.rgba.get());
         });
         list(scene.materials, [&](const Material& m) { material(m); });
