@@ -94,6 +94,29 @@ TEST_F(Exr, FloatsAndIdsAreExact) {
     EXPECT_EQ(entries(), 1u);
 }
 
+TEST_F(Exr, HeadersAreReadAlone) {
+    ExrAttributes attributes;
+    attributes.extra["note"] = std::string(2 << 20, 'n');
+    ExrLayout layout;
+    layout.parts = true;
+    write_exr(path_, {{{"R", "G", "B"}, noise(131, 77, 3)}, {{"id"}, ids(131, 77), ExrType::uint32}}, attributes,
+              layout);
+    const ExrFile whole = read_exr(path_);
+    fs::resize_file(path_, fs::file_size(path_) - 5000);
+    EXPECT_THROW(read_exr(path_), Error);
+    ExrFile header = read_exr_header(path_);
+    EXPECT_EQ(ivec2(header.width, header.height), ivec2(131, 77));
+    EXPECT_EQ(header.attributes.extra, whole.attributes.extra);
+    ASSERT_EQ(header.channels.size(), whole.channels.size());
+    for (std::size_t i = 0; i < header.channels.size(); ++i) {
+        EXPECT_EQ(header.channels[i].name, whole.channels[i].name);
+        EXPECT_EQ(header.channels[i].window, whole.channels[i].window);
+        EXPECT_TRUE(header.channels[i].values.empty());
+    }
+    fs::resize_file(path_, 1 << 20);
+    EXPECT_THROW(read_exr_header(path_), Error) << "within the header";
+}
+
 TEST_F(Exr, ColourIsConvertedWhileWriting) {
     const mat3 color(vec3(0.5f, 0.25f, 0.1f), vec3(-0.1f, 0.9f, 0.3f), vec3(2, 0, 0.7f));
     const Image image = noise(19, 600, 4);  // more rows than one conversion takes
