@@ -23,6 +23,14 @@ std::vector<FrameNumber> neighbours_of(const std::filesystem::path& noisy, Frame
 
 }  // namespace
 
+bool wants(const SequenceOptions& o, std::string_view extension) {
+    return std::ranges::any_of(o.outputs, [&](const auto& path) { return has_extension(path, extension); });
+}
+
+std::string main_name(const SequenceOptions& o) {
+    return (o.outputs.empty() ? *o.movie : o.outputs[0]).string();
+}
+
 std::vector<std::filesystem::path> pictures_of(const SequenceOptions& o, FrameNumber frame) {
     std::vector<std::filesystem::path> paths;
     for (const auto& pattern : o.outputs) paths.push_back(frame_path(pattern, frame));
@@ -77,13 +85,38 @@ FrameFiles::State FrameFiles::examine(FrameNumber frame) const {
 
 void FrameFiles::examine_noisy(FrameNumber frame, State& state) const {
     if (!keeps_noisy_) return;
+    const auto print = [&](FrameNumber n) { return noisy_fingerprint(sums_, n); };
     const auto noisy = [&](FrameNumber n) { return noisy_path(main_file(options_, n)); };
     State own;
-    add(noisy(frame), noisy_fingerprint(sums_, frame), own);
-    if (own.whole)
-        for (const FrameNumber n : neighbours_of(noisy(frame), frame, reach_))
-            if (!listed(n)) add(noisy(n), noisy_fingerprint(sums_, n), own);
+    add(noisy(frame), print(frame), own);
+    const bool known = own.whole;  // the neighbours of others are known once they are rendered
+    const std::vector<FrameNumber> needed =
+        known ? neighbours_of(noisy(frame), frame, reach_) : std::vector<FrameNumber>();
+    for (FrameNumber n = frame - reach_; n <= frame + reach_; ++n) {
+        if (n < kLeastFrame || n > kMostFrame || listed(n)) continue;
+        const bool needs = std::ranges::find(needed, n) != needed.end();
+        if ((known && !needs) || examine_frame(noisy(n), print(n)) == FrameFile::whole) continue;
+        State near;
+        add(near_path(main_file(options_, n)), print(n), near);
+        if (!own.other) own.other = near.other;
+        if (needs) own.whole = own.whole && near.whole, own.damaged = own.damaged || near.damaged;
+    }
     state = {state.whole && own.whole, state.damaged || own.damaged, state.other ? state.other : own.other};
+}
+
+std::vector<std::filesystem::path> FrameFiles::noisy_names() const {
+    std::set<FrameNumber> near;
+    for (const FrameNumber frame : part_)
+        for (FrameNumber n = frame - reach_; n <= frame + reach_; ++n)
+            if (n >= kLeastFrame && n <= kMostFrame) near.insert(n);
+    std::vector<std::filesystem::path> names;
+    for (const FrameNumber n : near) {
+        const std::filesystem::path picture = main_file(options_, n);
+        if (keeps_noisy_) names.push_back(listed(n) ? noisy_path(picture) : near_path(picture));
+        if (denoises_near() && !options_.outputs.empty())
+            names.push_back(NoisyFiles::exchanged_file(options_.outputs[0], n));
+    }
+    return names;
 }
 
 std::optional<std::filesystem::path> FrameFiles::developable(FrameNumber frame) const {

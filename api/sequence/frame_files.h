@@ -12,6 +12,10 @@
 
 namespace halflight {
 
+/// Returns whether files of that extension are written for each frame.
+bool wants(const SequenceOptions& options, std::string_view extension);
+/// Returns the file that stands for the sequence in messages.
+std::string main_name(const SequenceOptions& options);
 /// Returns the pictures of a frame.
 std::vector<std::filesystem::path> pictures_of(const SequenceOptions& options, FrameNumber frame);
 /// Returns the file that stands for a frame in messages, and beside which files of the frame lie.
@@ -40,6 +44,9 @@ class FrameFiles {
     /// Returns the pictures of a frame that are not whole.
     std::vector<std::filesystem::path> missing_pictures(FrameNumber frame) const;
     bool is_whole(FrameNumber frame) const { return examine(frame).whole; }
+
+    /// Returns the names of all files of noisy frames that the part may write.
+    std::vector<std::filesystem::path> noisy_names() const;
 
     const std::string& sums() const { return sums_; }
     int reach() const { return reach_; }

@@ -367,6 +367,10 @@ def _options(device="", shader_cache=True, ocio=None, shutter=0, shutter_times=N
     return _call(_native.RendererOptions, **locals())
 
 
+def _device(device="", shader_cache=True, ocio=None):
+    return _options(**locals())
+
+
 def _output(working_space="", reproducible=False, strict=False, best_effort=False, exr_compression="zip",
             exr_parts=False, exr_tiles=0, png_bits=0, jpeg_quality=92, tiff_type="16"):
     tiff_type = str(tiff_type)
@@ -462,7 +466,7 @@ def denoise(frames, outputs=(), near=None, overwrite=False, progress=None, **set
       progress  called as progress(done, all) before each frame; False stops
 
     Further arguments are those of files and of the view, such as exposure. Returns a dict: frames, kept, made."""
-    options, output = _split(settings, _options), _split(settings, _output)
+    options, output = _split(settings, _device), _split(settings, _output)
     paths = [[p] if isinstance(p, (str, _os.PathLike)) else _items(p) for p in (frames, outputs)]
     return _call(_native.denoise_files, frames=paths[0], outputs=paths[1], near=near,
                  settings=_texts(settings, None), options=options, output=output, overwrite=overwrite,
