@@ -11,6 +11,7 @@
 #include "api/halflight/frame_names.h"
 #include "api/halflight/statistics.h"
 #include "api/sequence/fingerprint.h"
+#include "api/sequence/key_text.h"
 #include "api/sequence/noisy_file.h"
 #include "engine/core/error.h"
 #include "engine/gpu/program_cache.h"
@@ -43,7 +44,7 @@ struct Known {
 /// The noisy frames that are given, and those near them, of which as few as possible are in memory.
 class Frames {
   public:
-    explicit Frames(const DenoiseOptions& o) : near_(o.near) {
+    explicit Frames(const DenoiseOptions& o) : near_(o.near), accepted_(o.accept_sources) {
         for (const auto& name : o.frames) {
             const std::filesystem::path path = noisy_of(name);
             Known known{path, read_noisy_header(path)};
@@ -92,24 +93,27 @@ class Frames {
     void find(FrameNumber frame, FrameNumber neighbour) {
         const Known& own = known_.at(frame);
         if (const auto given = known_.find(neighbour); given != known_.end()) {
-            if (given->second.header.sums == own.header.sums) return;
-            throw Error(given->second.path.string(), "is not of the scene and settings of {}", own.path.string());
+            const std::string& sums = given->second.header.sums;
+            if (same_keys(sums, own.header.sums, accepted_)) return;
+            throw Error(given->second.path.string(), "is not of the scene and settings of {}: {}", own.path.string(),
+                        differences(sums, own.header.sums));
         }
         const auto at = std::ranges::find(own.header.motion, static_cast<int>(neighbour - frame));
         const std::string& name = own.header.near[static_cast<std::size_t>(at - own.header.motion.begin())];
         std::optional<std::filesystem::path> other;
+        std::string why;
         for (const char* kind : {".noisy.exr", ".near.exr"}) {
             std::filesystem::path path = own.path.parent_path() / (name + kind);
             std::error_code none;
             if (!std::filesystem::exists(path, none)) continue;
             NoisyHeader header = read_noisy_header(path);
-            if (header.sums == own.header.sums && header.frame == neighbour)
+            if (same_keys(header.sums, own.header.sums, accepted_) && header.frame == neighbour)
                 return void(known_.emplace(neighbour, Known{std::move(path), std::move(header)}));
-            if (!other) other = std::move(path);
+            if (!other) other = std::move(path), why = differences(header.sums, own.header.sums);
         }
         if (other)
-            throw Error(other->string(), "is not frame {} of the scene and settings of {}", neighbour,
-                        own.path.string());
+            throw Error(other->string(), "is not frame {} of the scene and settings of {}: {}", neighbour,
+                        own.path.string(), why);
         throw Error((own.path.parent_path() / (name + ".noisy.exr")).string(),
                     "is missing, and so is {}.near.exr: frame {} takes light from frame {} (--denoise-frames); a frame "
                     "with another name has to be listed, too",
@@ -117,6 +121,7 @@ class Frames {
     }
 
     std::optional<int> near_;
+    const std::vector<std::string>& accepted_;
     std::map<FrameNumber, Known> known_;
     std::set<FrameNumber> given_;
     std::map<FrameNumber, NoisyPicture> held_;
@@ -252,10 +257,13 @@ DenoiseTally denoise_frames(const DenoiseOptions& o, const std::function<bool(st
         bool whole = !prints.fingerprint.empty();
         for (const auto& path : outputs) {
             const bool view = holds_view(path, o.output.tiff);
-            const FrameFile file = examine_frame(path, view ? prints.view_fingerprint : prints.fingerprint);
+            std::string why;
+            const FrameFile file =
+                examine_frame(path, view ? prints.view_fingerprint : prints.fingerprint, o.accept_sources, &why);
             if (file == FrameFile::other && frames.known(frame).header.of_sequence && !o.overwrite)
                 throw Error(path.string(),
-                            "exists, but is not this denoised frame with these settings; --overwrite replaces it");
+                            "exists, but is not this denoised frame with these settings: {}; --overwrite replaces it",
+                            why);
             whole = whole && file == FrameFile::whole;
         }
         if (whole) {

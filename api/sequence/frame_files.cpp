@@ -5,6 +5,7 @@
 
 #include "api/halflight/frame_names.h"
 #include "api/sequence/develop.h"
+#include "api/sequence/key_text.h"
 #include "api/sequence/noisy_files.h"
 #include "engine/core/error.h"
 #include "engine/core/memory_ledger.h"
@@ -59,16 +60,13 @@ FrameFiles::FrameFiles(const LoadedScene& scene, const RenderSettings& settings,
     for (const FrameNumber frame : part_of(options.frames, options.part)) part_.insert(frame);
 }
 
-namespace {
-
-void add(const std::filesystem::path& path, const std::string& fingerprint, FrameFiles::State& state) {
-    const FrameFile file = examine_frame(path, fingerprint);
-    if (file == FrameFile::other && !state.other) state.other = path;
+void FrameFiles::add(const std::filesystem::path& path, const std::string& fingerprint, State& state) const {
+    std::string why;
+    const FrameFile file = examine_frame(path, fingerprint, options_.accept_sources, &why);
+    if (file == FrameFile::other && !state.other) state.other = path, state.why = why;
     state.damaged = state.damaged || file == FrameFile::incomplete;
     state.whole = state.whole && file == FrameFile::whole;
 }
-
-}  // namespace
 
 const std::string& FrameFiles::print_of(const std::filesystem::path& picture, const PictureInfo& prints) const {
     return holds_view(picture, options_.output.tiff) ? prints.view_fingerprint : prints.fingerprint;
@@ -95,13 +93,15 @@ void FrameFiles::examine_noisy(FrameNumber frame, State& state) const {
     for (FrameNumber n = frame - reach_; n <= frame + reach_; ++n) {
         if (n < kLeastFrame || n > kMostFrame || listed(n)) continue;
         const bool needs = std::ranges::find(needed, n) != needed.end();
-        if ((known && !needs) || examine_frame(noisy(n), print(n)) == FrameFile::whole) continue;
+        if (known && !needs) continue;
+        if (examine_frame(noisy(n), print(n), options_.accept_sources) == FrameFile::whole) continue;
         State near;
         add(near_path(main_file(options_, n)), print(n), near);
-        if (!own.other) own.other = near.other;
+        if (!own.other) own.other = near.other, own.why = near.why;
         if (needs) own.whole = own.whole && near.whole, own.damaged = own.damaged || near.damaged;
     }
-    state = {state.whole && own.whole, state.damaged || own.damaged, state.other ? state.other : own.other};
+    if (!state.other) state.other = own.other, state.why = own.why;
+    state.whole = state.whole && own.whole, state.damaged = state.damaged || own.damaged;
 }
 
 std::vector<std::filesystem::path> FrameFiles::noisy_names() const {
@@ -141,8 +141,9 @@ std::vector<std::filesystem::path> FrameFiles::missing_pictures(FrameNumber fram
     PictureInfo prints;
     add_fingerprints(frame, prints);
     std::vector<std::filesystem::path> paths = pictures_of(options_, frame);
-    std::erase_if(paths,
-                  [&](const auto& path) { return examine_frame(path, print_of(path, prints)) == FrameFile::whole; });
+    std::erase_if(paths, [&](const auto& path) {
+        return examine_frame(path, print_of(path, prints), options_.accept_sources) == FrameFile::whole;
+    });
     return paths;
 }
 
@@ -150,7 +151,9 @@ void FrameFiles::add_fingerprints(FrameNumber frame, PictureInfo& info) const {
     info.fingerprint = frame_fingerprint(prints_.linear, frame);
     if (prints_.view.empty()) return;
     // Pictures that are developed from rounded ones differ from those that are rendered.
-    info.view_fingerprint = frame_fingerprint((rounds_ && options_.develop ? "rounded " : "") + prints_.view, frame);
+    const bool rounded = rounds_ && options_.develop;
+    info.view_fingerprint =
+        frame_fingerprint(rounded ? KeyText(prints_.view).add("colors", "rounded").text() : prints_.view, frame);
 }
 
 void FrameFiles::discard_exchanged(const std::vector<FrameNumber>& done, const std::set<FrameNumber>& open) const {

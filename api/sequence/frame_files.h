@@ -34,6 +34,7 @@ class FrameFiles {
         bool whole = true;                             // all files are there
         bool damaged = false;                          // a file cannot be read to its end
         std::optional<std::filesystem::path> other{};  // file without the expected fingerprint
+        std::string why{};                             // what differs in it
     };
     /// Examines the files of a frame: pictures, and kept noisy frames, also those of neighbours that have no turn of
     /// their own.
@@ -64,6 +65,7 @@ class FrameFiles {
   private:
     const std::string& print_of(const std::filesystem::path& picture, const PictureInfo& prints) const;
     void examine_noisy(FrameNumber frame, State& state) const;
+    void add(const std::filesystem::path& path, const std::string& fingerprint, State& state) const;
 
     const SequenceOptions& options_;
     bool rounds_;    // an .exr does not hold the bits of its picture

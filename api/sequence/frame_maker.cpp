@@ -64,7 +64,7 @@ void FrameMaker::make(FrameNumber frame, Movie* movie) {
     }
     if (const std::string& problem = renderer_.checkpoint_problem(); !problem.empty())
         log_.warn("frame {}: samples are not saved: {}", frame, problem);
-    const Paths outputs = pictures_of(options_, frame);
+    const std::vector<std::filesystem::path> outputs = pictures_of(options_, frame);
     const std::string error = judge(result.stats, options_.output, main_file(options_, frame), log_);
     if (movie) movie->add(result.view);
 
@@ -110,6 +110,7 @@ std::shared_ptr<NoisyFiles> FrameMaker::noisy_files(const FileClaims* claims) {
                             .reach = files_.reach(),
                             .keep = files_.keeps_noisy(),
                             .overwrite = options_.overwrite,
+                            .accept_sources = options_.accept_sources,
                             .pattern = claims ? options_.outputs[0] : "",
                             .sequence = claims,
                             .compression = lossless(options_.output.exr.compression),

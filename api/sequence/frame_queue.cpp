@@ -102,7 +102,8 @@ void FrameQueue::check_replaceable(FrameNumber frame) const {
     if (const FrameFiles::State state = files_.examine(frame); state.other)
         throw Error(state.other->string(),
                     "was written meanwhile, and is not this frame of this scene with these settings and this "
-                    "version; --overwrite replaces it");
+                    "version: {}; --overwrite replaces it",
+                    state.why);
 }
 
 void FrameQueue::add_failure_of(FrameNumber frame, const std::exception& error, SequenceTally& tally) const {

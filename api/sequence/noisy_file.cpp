@@ -9,6 +9,7 @@
 
 #include "api/picture/exr_attributes.h"
 #include "api/sequence/fingerprint.h"
+#include "api/sequence/key_text.h"
 #include "engine/core/error.h"
 #include "engine/core/image_tools.h"
 #include "engine/settings/settings_table.h"
@@ -295,7 +296,7 @@ std::string name_of_noisy(const std::filesystem::path& noisy) {
 }
 
 std::string noisy_fingerprint(const std::string& sums, FrameNumber frame) {
-    return frame_fingerprint("noisy " + sums, frame);
+    return frame_fingerprint(KeyText(sums).add("picture", "noisy").text(), frame);
 }
 
 void write_noisy_file(const std::filesystem::path& path, const NoisyPicture& picture, ExrCompression compression) {

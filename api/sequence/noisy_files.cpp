@@ -7,6 +7,7 @@
 
 #include "api/halflight/statistics.h"
 #include "api/sequence/fingerprint.h"
+#include "api/sequence/key_text.h"
 #include "engine/core/error.h"
 #include "engine/core/memory_ledger.h"
 #include "engine/io/files.h"
@@ -28,7 +29,8 @@ std::optional<NoisyPicture> NoisyFiles::read(FrameNumber frame) const {
         if (!std::filesystem::is_regular_file(path, none)) return std::nullopt;
         try {
             NoisyPicture picture = read_noisy_file(path);
-            if (picture.sums == options_.sums && picture.info.frame == frame && picture.reach >= options_.reach)
+            if (same_keys(picture.sums, options_.sums, options_.accept_sources) && picture.info.frame == frame &&
+                picture.reach >= options_.reach)
                 return picture;
         } catch (const BudgetError&) {
             throw;
@@ -82,8 +84,10 @@ void NoisyFiles::write(FrameNumber frame, const NoisyPicture& picture) const {
     if (options_.keep) {
         const std::filesystem::path path = kept_file(frame);
         const std::string print = noisy_fingerprint(options_.sums, frame);
-        if (!options_.overwrite && examine_frame(path, print) == FrameFile::other)
-            throw Error(path.string(), "exists, but is not this noisy frame: it was not replaced; --overwrite does");
+        std::string why;
+        if (!options_.overwrite && examine_frame(path, print, options_.accept_sources, &why) == FrameFile::other)
+            throw Error(path.string(), "exists, but is not this noisy frame: {}. It was not replaced; --overwrite does",
+                        why);
         return write_noisy_file(path, picture, options_.compression);
     }
     try {

@@ -20,13 +20,14 @@ class NoisyFiles {
     struct Options {
         /// Returns the first file of a frame, beside which its noisy frame lies.
         std::function<std::filesystem::path(FrameNumber frame)> picture;
-        std::string sums{};                    // sums_fingerprint()
-        int reach = 0;                         // number of frames before and after that motion has to lead to
-        bool keep = false;                     // keeps the files: RenderSettings::keep_noisy
-        bool overwrite = false;                // replaces kept files of other settings
-        std::optional<float> exposure{};       // NoisyPicture::metered_exposure
-        std::filesystem::path pattern{};       // first output of a sequence; empty: nothing is shared
-        const FileClaims* sequence = nullptr;  // claims of the frames; tells whether processes share them
+        std::string sums{};                         // sums_fingerprint()
+        int reach = 0;                              // number of frames before and after that motion has to lead to
+        bool keep = false;                          // keeps the files: RenderSettings::keep_noisy
+        bool overwrite = false;                     // replaces kept files of other settings
+        std::vector<std::string> accept_sources{};  // SequenceOptions::accept_sources
+        std::optional<float> exposure{};            // NoisyPicture::metered_exposure
+        std::filesystem::path pattern{};            // first output of a sequence; empty: nothing is shared
+        const FileClaims* sequence = nullptr;       // claims of the frames; tells whether processes share them
         ExrCompression compression = ExrCompression::zip;  // that of kept files
         /// Returns whether a frame is made for itself, and not as a neighbour alone. Empty: all are. Kept neighbours
         /// have other names (near_path()), so that shots may follow each other in a folder.

@@ -50,9 +50,9 @@ std::vector<FrameNumber> frames_to_make(const SequenceOptions& o, const std::vec
         const FrameFiles::State state = files.examine(frame);
         if (state.other && !o.overwrite)
             throw Error(state.other->string(),
-                        "exists, but is not this frame of this scene with these settings{} and this version: nothing "
-                        "was rendered; --overwrite replaces it",
-                        temporal ? ", these --frames (on which --preview temporal depends)" : "");
+                        "exists, but is not this frame of this scene with these settings{} and this version: {}. "
+                        "Nothing was rendered; --overwrite replaces it",
+                        temporal ? ", these --frames (on which --preview temporal depends)" : "", state.why);
         if (state.damaged) damaged.push_back(frame);
         if (!state.whole || !shown) todo.push_back(frame);
         if ((!state.whole || !shown) && !files.developable(frame)) rendered.push_back(frame);
