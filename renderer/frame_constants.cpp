@@ -4,6 +4,7 @@
 #include <bit>
 #include <cassert>
 #include <cmath>
+#include <limits>
 
 #include "passes/surface/raster_window.h"
 #include "shaders/shared/sobol.h"
@@ -210,8 +211,10 @@ SampleView sample_view(const FrameSettings& frame, const Band& band, std::uint32
     SampleView view{.band = band, .sample = index, .begins = index == static_cast<std::uint32_t>(frame.first_sample)};
     // Parts of a picture have halves together, and other ranges of samples have halves of their own.
     view.first_half = in_first_half(frame.parts > 1 ? index : index - static_cast<std::uint32_t>(frame.first_sample));
-    const std::uint32_t of_frame =
+    std::uint32_t of_frame =
         shared::hash_combine(shared::hash_u32(frame.seed), static_cast<std::uint32_t>(frame.frame));
+    constexpr FrameNumber kMost = std::numeric_limits<std::int32_t>::max();
+    if (frame.frame > kMost) of_frame = shared::hash_combine(of_frame, 1);  // negative frames have the same 32 bits
     view.seed = of_frame;
     // The first points of unrelated sequences are independent.
     if (points == SamplePoints::independent) view.seed = shared::hash_combine(view.seed, index), view.sample = 0;

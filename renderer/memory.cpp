@@ -149,9 +149,11 @@ std::size_t denoiser_bytes(const RenderSettings& s, bool chains) {
     const std::size_t places = NoisyFrame::kPlaceBytes + (chains ? NoisyFrame::kMirroredBytes : 0);
     const std::size_t blurred = s.camera.lens.blurs() ? (frames + 1) * kDenoiserLensBytes : 0;
     constexpr std::size_t kReplaced = 9 * kTexel;  // measured: pictures and weights, and the driver's copies
+    const std::size_t held = denoiser_frame_bytes(near) + mirrored + film_bytes(s);
+    // A frame is read from a file, which its process keeps or another one has written: the file, and its channels.
+    const std::size_t file = s.keep_noisy || near > 0 ? 2 * held : 0;
     return kDenoiserPixelBytes + kReplaced + mirrored + blurred + (near > 0 ? kDenoiserNeighbourBytes + places : 0) +
-           frames * (denoiser_frame_bytes(near) + mirrored + film_bytes(s)) +
-           (s.keep_noisy ? denoiser_frame_bytes(near) + mirrored : 0);  // copies for the file
+           frames * held + file;
 }
 
 /// Returns the bytes that the largest window of the denoiser takes on top: copies, and transients of its margins.

@@ -29,6 +29,7 @@ struct PartSums {
     int first_half = 0;                          // number of samples of the first half
     int samples = 0;                             // number of samples of each pixel, or with `blocks` its mean
     int mattes = 0;                              // number of samples in the mattes; 0: all
+    int chances = 0;                             // largest number of chances to end that a part had (PictureError)
     double mean = 0;                             // mean number of samples of the blocks of the picture
     BlockSamples blocks{};                       // empty: all blocks have the same number
     std::optional<BandReplicates> replicates{};  // none without an error target

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <functional>
@@ -67,6 +68,10 @@ ErrorEstimate PictureError::estimate() const {
     const ErrorEstimate low = low_.estimate(confidence), high = high_.estimate(confidence);
     return {(low.value + high.value) / 2, std::min(low.lower, high.lower), std::max(low.upper, high.upper),
             std::max(low.bound, high.bound)};
+}
+
+int first_chances(int parts) {
+    return parts > 1 ? 1 + std::bit_width(static_cast<unsigned>(parts - 1)) : 0;
 }
 
 BandReplicates::BandReplicates(const Band& band, Shadows shadows)

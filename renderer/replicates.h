@@ -2,6 +2,7 @@
 // its own (seed). The samples of a single sequence do not tell how far it has converged.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -36,6 +37,8 @@ class PictureError {
     /// The probability that the j-th of them is wrong is limited to (1 - kConfidence) / 2^j, so the bound of the
     /// picture holds with kConfidence wherever it ends (Boole's inequality).
     ErrorEstimate judge(double target, int& chances);
+    /// Takes account of looks at other estimates of this picture: estimate() is at the confidence of `chances` of them.
+    void count(int chances) { chances_ = std::max(chances_, chances); }
     /// Returns the estimate; after judge(), at the confidence that it used. Sums use the highest confidence.
     ErrorEstimate estimate() const;
 
@@ -43,6 +46,12 @@ class PictureError {
     ReplicateError low_{kReplicates}, high_{kReplicates};
     int chances_ = 0;
 };
+
+/// Returns the chances with which judge() begins for a part of the samples, 0 for a whole picture. N parts are merged,
+/// and the picture ends where each part has ended. The probability that the j-th estimate of a part is wrong is limited
+/// to (1 - kConfidence) / (2 N 2^j) at most, so the bounds of all parts hold together (Boole's inequality). One half is
+/// the margin for the estimate of the merged picture, in which the errors of different parts are multiplied, too.
+int first_chances(int parts);
 
 /// Values of a picture that shadow catchers change.
 enum class Shadows : std::uint8_t {

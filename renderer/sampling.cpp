@@ -46,7 +46,7 @@ auto Renderer::State::Sampling::begin(int index) -> BandSamples {
     band.with->mattes->clear();
     band.with->first_samples = 0;
     band.with->samples.clear();
-    band.look.next = plan_.first_look;
+    band.look = first_look();
     if (plan_.sequences > 1) band.replicates.emplace(band.where, shadows_);
     if (plan_.least > 0) band.grid = blocks_in_picture(band.where);
     if (checkpoint_ && s_.inputs.merged.empty()) restore(band);
@@ -77,7 +77,7 @@ void Renderer::State::Sampling::render_part(std::span<BandSamples> bands) {
         // A picture that ends in the pilot gets one sample, and there is no plan to go on with.
         plan_ = {.samples = frame_.samples, .most = frame_.samples, .first_look = frame_.samples};
         group_.resize(1);
-        group_[0]->look = {.next = plan_.first_look};
+        group_[0]->look = first_look();
         checkpoint_ = nullptr, parts_ = 1;
         stopped_ = false;  // until that sample is there
     }
@@ -224,7 +224,8 @@ void Renderer::State::Sampling::end_part(BandSamples& band) {
         sums.mattes += plan_.least * plan_.sequences;
         sums.mean += plan_.sequences * mean_of(picture);
     }
-    band.look = {.next = plan_.first_look};
+    sums.chances = std::max(sums.chances, band.look.chances - first_look().chances);
+    band.look = first_look();
     if (plan_.sequences > 1) band.replicates.emplace(band.where, shadows_);
     ++band.part;
 }
@@ -233,7 +234,7 @@ void Renderer::State::Sampling::finish(BandSamples& band) {
     if (parts_ > 1 && done_[std::size_t(band.index)] > 0) {
         if (band.part == part_) end_part(band);  // the callback has stopped it
         band.earlier.write(band.with->sums);
-        if (frame_.error) add_error(band, 0, error_);
+        if (frame_.error) add_error(band, 0, error_), error_.count(band.earlier.chances);
     }
     if (plan_.least > 0) scale(band);
 }

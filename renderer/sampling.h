@@ -70,6 +70,8 @@ class Renderer::State::Sampling {
     // The following functions are defined in sampling.cpp.
 
     BandSamples begin(int index);
+    /// Returns the first look of a band in a part.
+    Look first_look() const { return {.next = plan_.first_look, .chances = first_chances(own_.parts)}; }
     /// Makes the plan of a part of the samples.
     void begin_part(int part);
     /// Adds the samples of the part to bands. Returns when the plan ends or the callback stops it.
@@ -157,7 +159,7 @@ class Renderer::State::Sampling {
     int first_band_ = 0;
     // By part: samples of each sequence after the looks that were decided, if numbers grow.
     std::map<int, std::vector<int>> looks_;
-    double limit_ = 0;        // seconds for their samples; 0: no limit
+    double limit_ = 0;  // seconds for their samples; 0: no limit
     Stopwatch clock_;
     double compiled_before_ = 0;
     SamplePace pace_;

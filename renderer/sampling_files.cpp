@@ -12,7 +12,7 @@
 namespace halflight {
 namespace {
 
-constexpr std::size_t kPlanNumbers = 12;  // of SavedBand::plan, before the looks
+constexpr std::size_t kPlanNumbers = 13;  // of SavedBand::plan, before the looks
 
 using BadValueNumbers = std::array<std::uint64_t, kBadValueCounts>;
 
@@ -83,7 +83,8 @@ void Renderer::State::Sampling::save(BandSamples& band) const {
     saved.plan = {number(band.part),          number(l.each),         number(l.next),
                   number(l.sequence),         number(l.taken),        l.runs,
                   number(l.chances),          number(l.ends ? 1 : 0), number(earlier.samples),
-                  number(earlier.first_half), number(earlier.mattes), std::bit_cast<std::uint64_t>(earlier.mean)};
+                  number(earlier.first_half), number(earlier.mattes), std::bit_cast<std::uint64_t>(earlier.mean),
+                  number(earlier.chances)};
     if (const auto looks = looks_.find(band.part); looks != looks_.end())
         for (const int look : looks->second) saved.plan.push_back(number(look));
     checkpoint_->save(saved, buffers.size() + layers.size() + of_plan.size(), array);
@@ -153,7 +154,7 @@ std::optional<SavedBand> Renderer::State::Sampling::load(BandSamples& band, cons
                           values_of<std::uint32_t>(of_earlier[buffers.size() + 1])};
         check(earlier.blocks.all.size() == band.grid.size() && earlier.blocks.first_half.size() == band.grid.size());
         earlier.samples = number(8), earlier.first_half = number(9), earlier.mattes = number(10);
-        earlier.mean = std::bit_cast<double>(saved->plan[11]);
+        earlier.mean = std::bit_cast<double>(saved->plan[11]), earlier.chances = number(12);
         if (of_replicates > 0) {
             earlier.replicates.emplace(band.where, shadows_);
             check(earlier.replicates->set(of_earlier.last(of_replicates)));

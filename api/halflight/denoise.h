@@ -26,10 +26,11 @@ struct DenoiseOptions {
         near{};  // number of frames before and after each frame that the denoiser uses; none: that of the files
     ViewTransform view{};  // view of outputs such as .png; an open exposure is that of the noisy frames
     OutputOptions output{};
-    bool overwrite = false;                   // replaces pictures of other frames or settings
-    std::optional<ColorConfig> colors{};      // colour config; none: ColorConfig::load()
-    gpu::ContextOptions device{};             // options for the context that is made
-    std::shared_ptr<gpu::Context> context{};  // shared context; null: one is made
+    bool overwrite = false;                     // replaces pictures of other frames or settings
+    std::vector<std::string> accept_sources{};  // SequenceOptions::accept_sources
+    std::optional<ColorConfig> colors{};        // colour config; none: ColorConfig::load()
+    gpu::ContextOptions device{};               // options for the context that is made
+    std::shared_ptr<gpu::Context> context{};    // shared context; null: one is made
 };
 
 /// Counts of denoised frames.

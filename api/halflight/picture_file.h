@@ -76,6 +76,8 @@ bool is_picture_name(const std::filesystem::path& path);
 bool holds_view(const std::filesystem::path& path, TiffType tiff);
 /// Throws Error for a file that cannot hold the alpha of a transparent picture.
 void check_alpha(const std::filesystem::path& path, bool transparent);
+/// Throws Error for a file that cannot say that its picture is for an HDR display. encoding: that of the view.
+void check_encoding(const std::filesystem::path& path, TiffType tiff, const std::optional<DisplayEncoding>& encoding);
 /// Throws Error for a file whose format cannot hold pictures of this size, pixels.
 void check_size(const std::filesystem::path& path, const ivec2& size);
 
@@ -93,8 +95,8 @@ LinearSpace working_space(const ColorConfig& config, const std::string& name);
 void write_picture(const std::filesystem::path& path, const RenderResult& result, const PictureInfo& info);
 
 /// Writes a picture to several files. A file that cannot be written does not prevent the others: the Error of the first
-/// one is thrown after all, and those of others are warnings, unless the disk is their reason, too. Warns of values that
-/// half floats cannot hold.
+/// one is thrown after all, and those of others are warnings, unless the disk is their reason, too. Warns of values
+/// that half floats cannot hold.
 void write_pictures(const std::vector<std::filesystem::path>& paths, const RenderResult& result,
                     const PictureInfo& info, const Log& log);
 

@@ -24,6 +24,9 @@ struct SequenceOptions {
     std::optional<std::filesystem::path> movie;  // movie of all frames, .mp4 or .mov; needs ffmpeg in PATH
     std::optional<std::filesystem::path> stats;  // file to which a line of JSON is appended per frame
     bool overwrite = false;                      // replaces frames that were made with other settings
+    // Hashes of sources, as `halflight --version` prints them: frames that programs of these sources have made count as
+    // those of this one. It is for the user to know that their pictures go together.
+    std::vector<std::string> accept_sources{};
     // Renders nothing: all other pictures, and the movie, are developed from the .exr of each frame. Without it, that
     // happens to frames whose .exr is whole and holds the bits of the picture.
     bool develop = false;

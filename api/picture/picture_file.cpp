@@ -98,8 +98,7 @@ Image view_of(const std::filesystem::path& path, const RenderResult& result, con
     if (result.view.pixels.empty())
         throw Error(path.string(), "not written: the picture was made without its view (want_view)");
     check_alpha(path, info.transparent);
-    if (info.encoding && info.encoding->is_hdr() && !has_extension(path, "png"))
-        throw Error(path.string(), "cannot say that its picture is for an HDR display; .png and movies can");
+    check_encoding(path, info.tiff, info.encoding);
     return info.transparent ? result.view : rgb(result.view);
 }
 
@@ -244,6 +243,11 @@ bool holds_view(const std::filesystem::path& path, TiffType tiff) {
 void check_alpha(const std::filesystem::path& path, bool transparent) {
     if (transparent && (has_extension(path, "jpg") || has_extension(path, "jpeg")))
         throw Error(path.string(), "has no alpha channel for a transparent picture; .png, .tif and .exr do");
+}
+
+void check_encoding(const std::filesystem::path& path, TiffType tiff, const std::optional<DisplayEncoding>& encoding) {
+    if (encoding && encoding->is_hdr() && holds_view(path, tiff) && !has_extension(path, "png"))
+        throw Error(path.string(), "cannot say that its picture is for an HDR display; .png and movies can");
 }
 
 void check_size(const std::filesystem::path& path, const ivec2& size) {

@@ -204,8 +204,9 @@ std::unique_ptr<PyRenderer> make_renderer(std::shared_ptr<PyScene> scene, const 
 py::dict render_files(const std::shared_ptr<PyScene>& scene, const SettingTexts& texts, const RendererOptions& renderer,
                       const OutputOptions& output, const std::vector<std::filesystem::path>& outputs,
                       const std::vector<FrameNumber>& frames, const std::optional<std::filesystem::path>& movie,
-                      const std::optional<std::filesystem::path>& stats, bool overwrite, bool develop,
-                      py::object function, py::object log) {
+                      const std::optional<std::filesystem::path>& stats, bool overwrite,
+                      const std::vector<std::string>& accept_sources, bool develop, py::object function,
+                      py::object log) {
     const Busy busy(*scene);
     Callback progress(std::move(function));
     const SequenceOptions options{.frames = frames,
@@ -214,6 +215,7 @@ py::dict render_files(const std::shared_ptr<PyScene>& scene, const SettingTexts&
                                   .movie = movie,
                                   .stats = stats,
                                   .overwrite = overwrite,
+                                  .accept_sources = accept_sources,
                                   .develop = develop,
                                   .output = output};
     const RenderSettings settings = settings_of(texts, scene->scene.chosen_camera().camera);
@@ -240,7 +242,8 @@ py::dict render_files(const std::shared_ptr<PyScene>& scene, const SettingTexts&
 py::dict denoise_files(const std::vector<std::filesystem::path>& frames,
                        const std::vector<std::filesystem::path>& outputs, std::optional<int> near,
                        const SettingTexts& texts, const RendererOptions& renderer, const OutputOptions& output,
-                       bool overwrite, py::object function, py::object log) {
+                       bool overwrite, const std::vector<std::string>& accept_sources, py::object function,
+                       py::object log) {
     const ViewTransform view = settings_of(texts, {}).view;  // throws for unknown names
     for (const auto& [name, value] : texts)
         if (setting(name).group != "Colour")
@@ -257,6 +260,7 @@ py::dict denoise_files(const std::vector<std::filesystem::path>& frames,
              .view = view,
              .output = output,
              .overwrite = overwrite,
+             .accept_sources = accept_sources,
              .colors = renderer.colors,
              .context = renderer.context},
             [&](std::size_t done, std::size_t all) { return progress([&] { return py::make_tuple(done, all); }); },

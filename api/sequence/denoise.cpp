@@ -11,6 +11,7 @@
 #include "api/halflight/frame_names.h"
 #include "api/halflight/statistics.h"
 #include "api/sequence/fingerprint.h"
+#include "api/sequence/key_text.h"
 #include "api/sequence/noisy_file.h"
 #include "engine/core/error.h"
 #include "engine/gpu/program_cache.h"
@@ -22,9 +23,13 @@ namespace {
 
 using Paths = std::vector<std::filesystem::path>;
 
+bool is_noisy_name(const std::filesystem::path& name) {
+    return name.string().ends_with(".noisy.exr") || name.string().ends_with(".near.exr");
+}
+
 /// Returns the noisy frame that a name means: the file itself, or the one beside a picture.
 std::filesystem::path noisy_of(const std::filesystem::path& name) {
-    if (name.string().ends_with(".noisy.exr")) return name;
+    if (is_noisy_name(name)) return name;
     std::error_code none;
     const std::filesystem::path beside = noisy_path(name);
     return is_picture_name(name) && std::filesystem::exists(beside, none) ? beside : name;
@@ -39,7 +44,7 @@ struct Known {
 /// The noisy frames that are given, and those near them, of which as few as possible are in memory.
 class Frames {
   public:
-    explicit Frames(const DenoiseOptions& o) : near_(o.near) {
+    explicit Frames(const DenoiseOptions& o) : near_(o.near), accepted_(o.accept_sources) {
         for (const auto& name : o.frames) {
             const std::filesystem::path path = noisy_of(name);
             Known known{path, read_noisy_header(path)};
@@ -88,21 +93,35 @@ class Frames {
     void find(FrameNumber frame, FrameNumber neighbour) {
         const Known& own = known_.at(frame);
         if (const auto given = known_.find(neighbour); given != known_.end()) {
-            if (given->second.header.sums == own.header.sums) return;
-            throw Error(given->second.path.string(), "is not of the scene and settings of {}", own.path.string());
+            const std::string& sums = given->second.header.sums;
+            if (same_keys(sums, own.header.sums, accepted_)) return;
+            throw Error(given->second.path.string(), "is not of the scene and settings of {}: {}", own.path.string(),
+                        differences(sums, own.header.sums));
         }
-        const std::filesystem::path path = noisy_path_of(own.path, frame, neighbour);
-        std::error_code none;
-        if (!std::filesystem::exists(path, none))
-            throw Error(path.string(), "is missing: frame {} takes light from frame {} (--denoise-frames)", frame,
-                        neighbour);
-        NoisyHeader header = read_noisy_header(path);
-        if (header.sums != own.header.sums || header.frame != neighbour)
-            throw Error(path.string(), "is not frame {} of the scene and settings of {}", neighbour, own.path.string());
-        known_.emplace(neighbour, Known{path, std::move(header)});
+        const auto at = std::ranges::find(own.header.motion, static_cast<int>(neighbour - frame));
+        const std::string& name = own.header.near[static_cast<std::size_t>(at - own.header.motion.begin())];
+        std::optional<std::filesystem::path> other;
+        std::string why;
+        for (const char* kind : {".noisy.exr", ".near.exr"}) {
+            std::filesystem::path path = own.path.parent_path() / (name + kind);
+            std::error_code none;
+            if (!std::filesystem::exists(path, none)) continue;
+            NoisyHeader header = read_noisy_header(path);
+            if (same_keys(header.sums, own.header.sums, accepted_) && header.frame == neighbour)
+                return void(known_.emplace(neighbour, Known{std::move(path), std::move(header)}));
+            if (!other) other = std::move(path), why = differences(header.sums, own.header.sums);
+        }
+        if (other)
+            throw Error(other->string(), "is not frame {} of the scene and settings of {}: {}", neighbour,
+                        own.path.string(), why);
+        throw Error((own.path.parent_path() / (name + ".noisy.exr")).string(),
+                    "is missing, and so is {}.near.exr: frame {} takes light from frame {} (--denoise-frames); a frame "
+                    "with another name has to be listed, too",
+                    name, frame, neighbour);
     }
 
     std::optional<int> near_;
+    const std::vector<std::string>& accepted_;
     std::map<FrameNumber, Known> known_;
     std::set<FrameNumber> given_;
     std::map<FrameNumber, NoisyPicture> held_;
@@ -120,7 +139,7 @@ Paths outputs_of(const DenoiseOptions& o, FrameNumber frame, const Known& known)
 void check_outputs(const DenoiseOptions& o, std::size_t frames) {
     if (o.frames.empty()) throw Error("denoise", "has no frames");
     for (const auto& pattern : o.outputs) {
-        if (pattern.string().ends_with(".noisy.exr"))
+        if (is_noisy_name(pattern))
             throw Error(pattern.string(), "is the name of a noisy frame, which an output must not replace");
         if (std::ranges::count(o.outputs, pattern) > 1) throw Error(pattern.string(), "is given twice");
         if (!is_picture_name(pattern)) throw Error(pattern.string(), "an output is an {}", picture_extensions());
@@ -144,6 +163,9 @@ class Denoiser {
           current_(*context_),
           programs_(context_->binaries()) {
         want_view_ = std::ranges::any_of(o.outputs, [&](const auto& path) { return holds_view(path, o.output.tiff); });
+        if (!want_view_) return;
+        const std::optional<DisplayEncoding> encoding = colors_.view(o.view).encoding();
+        for (const auto& path : o.outputs) check_encoding(path, o.output.tiff, encoding);
     }
     ~Denoiser() { context_->make_current(); }
     Denoiser(const Denoiser&) = delete;
@@ -223,6 +245,10 @@ DenoiseTally denoise_frames(const DenoiseOptions& o, const std::function<bool(st
     Frames frames(o);
     Denoiser denoiser(o, log);
     DenoiseTally tally{.frames = frames.given().size()};
+    Paths all;
+    for (const FrameNumber frame : frames.given())
+        for (auto& path : outputs_of(o, frame, frames.known(frame))) all.push_back(std::move(path));
+    remove_abandoned(all);
     for (const FrameNumber frame : frames.given()) {
         if (go_on && !go_on(tally.kept + tally.made, tally.frames)) break;
         const Paths outputs = outputs_of(o, frame, frames.known(frame));
@@ -231,10 +257,13 @@ DenoiseTally denoise_frames(const DenoiseOptions& o, const std::function<bool(st
         bool whole = !prints.fingerprint.empty();
         for (const auto& path : outputs) {
             const bool view = holds_view(path, o.output.tiff);
-            const FrameFile file = examine_frame(path, view ? prints.view_fingerprint : prints.fingerprint);
+            std::string why;
+            const FrameFile file =
+                examine_frame(path, view ? prints.view_fingerprint : prints.fingerprint, o.accept_sources, &why);
             if (file == FrameFile::other && frames.known(frame).header.of_sequence && !o.overwrite)
                 throw Error(path.string(),
-                            "exists, but is not this denoised frame with these settings; --overwrite replaces it");
+                            "exists, but is not this denoised frame with these settings: {}; --overwrite replaces it",
+                            why);
             whole = whole && file == FrameFile::whole;
         }
         if (whole) {

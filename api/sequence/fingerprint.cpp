@@ -10,6 +10,7 @@
 #include "api/halflight/camera.h"
 #include "api/halflight/edit_text.h"
 #include "api/halflight/picture_file.h"
+#include "api/sequence/key_text.h"
 #include "api/sequence/source_hash.h"
 #include "engine/core/error.h"
 #include "engine/core/hash.h"
@@ -17,7 +18,9 @@
 #include "engine/io/files.h"
 #include "engine/io/jpeg.h"
 #include "engine/io/png.h"
+#include "engine/paging/pages.h"
 #include "engine/settings/settings_table.h"
+#include "engine/settings/visibility.h"
 
 namespace halflight {
 namespace {
@@ -128,85 +131,117 @@ bool is_late(const Setting& setting) {
     return setting.group == "Colour" || std::ranges::find(kLate, setting.name) != std::end(kLate);
 }
 
-void add_settings(Fingerprint& print, const RenderSettings& settings, bool (*takes)(const Setting& setting)) {
+/// Adds the settings that are not as usual.
+void add_settings(KeyText& keys, const RenderSettings& settings, bool (*takes)(const Setting& setting)) {
     RenderSettings with_effect = settings;
     with_effect.optics = effective(settings.optics);
     if (settings.denoise) with_effect.keep_noisy = false;  // the picture is the same
-    for (const Setting& setting : known_settings())
-        if (setting.fingerprint && takes(setting)) print.text(setting.name).text(setting.get(with_effect));
+    const RenderSettings usual;
+    for (const Setting& setting : known_settings()) {
+        if (!setting.fingerprint || !takes(setting)) continue;
+        if (const std::string value = setting.get(with_effect); value != setting.get(usual))
+            keys.add(setting.name, value);
+    }
 }
 
 /// Adds the settings of the view, and the colour config.
-void add_view(Fingerprint& print, const RenderSettings& settings, const ColorConfig& config) {
-    add_settings(print, settings, [](const Setting& s) { return s.group == "Colour"; });
+void add_view(KeyText& keys, const RenderSettings& settings, const ColorConfig& config) {
+    add_settings(keys, settings, [](const Setting& s) { return s.group == "Colour"; });
     // Environment variables may choose the view, and change what it does.
     const ViewProcessor view = config.view(settings.view);
+    Fingerprint print;
     print.text(view.display()).text(view.view()).text(view.look()).text(view.cache_id());
     for (const auto& file : config.files()) print.file(file);
     print.values("{} files", config.files().size());
+    keys.add("color config and view", print.hex());
 }
 
-void add_linear_space(Fingerprint& print, const LinearSpace& space) {
+void add_linear_space(KeyText& keys, const LinearSpace& space) {
+    Fingerprint print;
     print.text(space.name);
     for (int column = 0; column < 3; ++column) print.text(point_text(dvec3(space.from_rec709[column])));
+    keys.add("working space", print.hex());
 }
 
-/// Adds the layout of .exr files. That of old files, zip in lines of one part, adds nothing.
-void add_layout(Fingerprint& print, const ExrLayout& layout) {
-    if (layout.compression != ExrCompression::zip) print.text(name(layout.compression));
-    if (layout.parts) print.text("parts");
-    if (layout.tile > 0) print.values("tiles {}", layout.tile);
+/// Adds the layout of .exr files, as far as it is not the usual one: zip in lines of one part.
+void add_layout(KeyText& keys, const ExrLayout& layout) {
+    if (layout.compression != ExrCompression::zip) keys.add("exr-compression", name(layout.compression));
+    if (layout.parts) keys.add("exr-parts", "yes");
+    if (layout.tile > 0) keys.add("exr-tiles", std::to_string(layout.tile));
+}
+
+/// Returns whether a scene from pages has the bits of the same scene in memory, as far as that is proven
+/// (docs/page-files.md): nothing moves, no triangle of its hierarchy in memory is split, all emissive triangles are
+/// lights, and camera rays are traced.
+bool equals_memory(const LoadedScene& scene, const RenderSettings& s) {
+    constexpr std::uint64_t kLeast = std::uint64_t{1} << 20, kMost = std::uint64_t{1} << 24;
+    const std::uint64_t triangles = scene.pages()->index().triangles;
+    if (scene.surfaces_move() || triangles < kLeast || triangles > kMost) return false;
+    const Camera& camera = scene.chosen_camera().camera;
+    const bool lens = camera.lens.blurs() || s.view.camera.lens.blurs();
+    return resolved(s.primary, triangles, ivec2(s.width, s.height),
+                    shown_by_tracing(s.optics, lens, has_overscan(s))) == PrimaryVisibility::traced;
 }
 
 /// Adds the program's sources, the scene with its edits, and the settings that decide the sums.
-void add_sums(Fingerprint& print, const LoadedScene& scene, const RenderSettings& settings) {
-    print.text(source_hash());
+void add_sums(KeyText& keys, const LoadedScene& scene, const RenderSettings& settings) {
+    keys.add("sources", source_hash());
+    const auto add = [&](const char* key, const auto& fill) {
+        Fingerprint print;
+        fill(print);
+        if (print.hex() != Fingerprint().hex()) keys.add(key, print.hex());
+    };
     // Page files hold times of other files. What they hold of the scene follows from its own files.
     std::span<const VersionedFile> files = scene.files();
-    if (scene.pages()) files = files.first(files.size() - 1), print.text("paged");
-    for (const auto& file : files) print.file(file);
-    print.values("{} {}", scene.playing().size(), fmt::join(scene.playing(), " "));
-    print.values("{}/{} fps", scene.frame_rate().numerator, scene.frame_rate().denominator);
-    if (scene.choice().frame_offset != 0) print.values("frame {} at 0 s", scene.choice().frame_offset);
-    if (!scene.choice().variant.empty()) print.text("variant").text(scene.choice().variant);
-    if (scene.choice().line_width > 0) print.values("line width {}", scene.choice().line_width);
-    add_camera(print, scene.camera_choice(), scene.chosen_camera());
-    add_environment(print, scene);
-    add_edits(print, scene.edits());
-    add_settings(print, settings, [](const Setting& s) { return !is_late(s); });
-    print.values("halves {}", has_halves(settings));  // a pilot may choose other techniques for them
+    if (scene.pages()) files = files.first(files.size() - 1);
+    add("scene", [&](Fingerprint& print) {
+        for (const auto& file : files) print.file(file);
+    });
+    if (scene.pages() && !equals_memory(scene, settings)) keys.add("pages", "yes");
+    if (!scene.playing().empty()) keys.add("animation", fmt::format("{}", fmt::join(scene.playing(), " ")));
+    keys.add("fps", fmt::format("{}/{}", scene.frame_rate().numerator, scene.frame_rate().denominator));
+    if (scene.choice().frame_offset != 0) keys.add("frame-offset", fmt::format("{}", scene.choice().frame_offset));
+    if (!scene.choice().variant.empty()) keys.add("variant", scene.choice().variant);
+    if (scene.choice().line_width > 0) keys.add("line-width", fmt::format("{}", scene.choice().line_width));
+    add("camera", [&](Fingerprint& print) { add_camera(print, scene.camera_choice(), scene.chosen_camera()); });
+    add("environment", [&](Fingerprint& print) { add_environment(print, scene); });
+    add("edits", [&](Fingerprint& print) { add_edits(print, scene.edits()); });
+    add_settings(keys, settings, [](const Setting& s) { return !is_late(s); });
+    if (has_halves(settings)) keys.add("halves", "yes");  // a pilot may choose other techniques for them
 }
 
 }  // namespace
 
 std::string sums_fingerprint(const LoadedScene& scene, const RenderSettings& settings, const Shutter& shutter) {
-    Fingerprint print;
-    add_sums(print, scene, settings);
+    KeyText keys;
+    add_sums(keys, scene, settings);
     if (shutter.open > 0)
-        print.values("shutter {} {} {} {}", shutter.open, name(shutter.position), shutter.ramp,
-                     shutter_times(shutter, scene, settings, settings.samples));
-    return print.hex();
+        keys.add("shutter", fmt::format("{} {} {}", shutter.open, name(shutter.position), shutter.ramp))
+            .add("shutter-times", std::to_string(shutter_times(shutter, scene, settings, settings.samples)));
+    return keys.text();
 }
 
 SequencePrints sequence_prints(const std::string& sums, const RenderSettings& settings, const ColorConfig& config,
                                const OutputOptions& output, const std::vector<FrameNumber>& frames) {
-    Fingerprint picture;
-    picture.text(sums);
+    KeyText picture(sums);
     add_settings(picture, settings, [](const Setting& s) { return is_late(s) && s.group != "Colour"; });
-    picture.values("best effort {} tiff {}", output.best_effort, static_cast<int>(output.tiff));
+    if (output.best_effort) picture.add("best-effort", "yes");
+    if (output.tiff != OutputOptions().tiff) picture.add("tiff-type", std::to_string(static_cast<int>(output.tiff)));
     // Frames depend on the frames before them if temporal accumulation is on.
-    if (settings.preview.temporal) picture.values("frames {}", fmt::join(frames, ","));
+    if (settings.preview.temporal) picture.add("frames", fmt::format("{}", fmt::join(frames, ",")));
     SequencePrints prints;
-    Fingerprint linear = picture;
+    KeyText linear = picture;
     add_linear_space(linear, working_space(config, output.working_space));
     add_layout(linear, output.exr);
-    if (output.aov_names != AovNames::halflight) linear.values("aov names {}", static_cast<int>(output.aov_names));
-    prints.linear = linear.hex();
+    if (output.aov_names != AovNames::halflight)
+        linear.add("aov-names", std::to_string(static_cast<int>(output.aov_names)));
+    prints.linear = linear.text();
     if (!settings.want_view) return prints;
-    Fingerprint view = picture;
+    KeyText view = picture;
     add_view(view, settings, config);
-    view.values("jpeg {} png {}", output.jpeg_quality, png_bits(output, config.view(settings.view).encoding()));
-    prints.view = view.hex();
+    view.add("jpeg-quality", std::to_string(output.jpeg_quality))
+        .add("png-bits", std::to_string(png_bits(output, config.view(settings.view).encoding())));
+    prints.view = view.text();
     return prints;
 }
 
@@ -221,7 +256,7 @@ std::string fingerprint_of_text(const std::string& text) {
 }  // namespace
 
 std::string frame_fingerprint(const std::string& sequence, FrameNumber frame) {
-    return Fingerprint().text(sequence).values("{}", frame).hex();
+    return KeyText(sequence).add("frame", fmt::format("{}", frame)).text();
 }
 
 std::string fingerprint_text(const std::string& fingerprint) {
@@ -234,7 +269,7 @@ std::string fingerprint_of_exr(const std::string& fingerprint, int width, int he
 
 std::string fingerprint_of(ExrFile& exr) {
     const std::string found = exr.attributes.extra[kFingerprintName];
-    const std::string own = found.substr(0, found.find(','));
+    const std::string own = found.substr(0, found.rfind(", "));
     return found == fingerprint_of_exr(own, exr.width, exr.height, exr.channels.size()) ? own : found;
 }
 
@@ -242,7 +277,8 @@ std::string fingerprint_of(ExrFile& exr) {
 constexpr std::string_view kStarts[] = {
     "\x76\x2f\x31\x01", "\x89PNG\r\n\x1a\n", "\xff\xd8\xff", {"II*\0", 4}, {"MM\0*", 4}};
 
-FrameFile examine_frame(const std::filesystem::path& path, const std::string& fingerprint) {
+FrameFile examine_frame(const std::filesystem::path& path, const std::string& fingerprint,
+                        std::span<const std::string> accepted, std::string* why) {
     std::error_code none;
     if (!std::filesystem::is_regular_file(path, none)) return FrameFile::missing;
     std::string found;
@@ -268,7 +304,9 @@ FrameFile examine_frame(const std::filesystem::path& path, const std::string& fi
     } catch (const Error&) {
         return FrameFile::incomplete;
     }
-    return found == fingerprint ? FrameFile::whole : FrameFile::other;
+    if (same_keys(found, fingerprint, accepted)) return FrameFile::whole;
+    if (why) *why = differences(found, fingerprint);
+    return FrameFile::other;
 }
 
 }  // namespace halflight

@@ -1,8 +1,10 @@
-// Fingerprints of frames: text in their files by which later runs recognise frames of the same settings.
+// Fingerprints of frames: texts in their files by which later runs recognise frames of the same settings, and tell what
+// differs (key_text.h). Hashes stand for files, edits and cameras. Settings that are as usual are left out.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -32,7 +34,7 @@ struct SequencePrints {
 SequencePrints sequence_prints(const std::string& sums, const RenderSettings& settings, const ColorConfig& config,
                                const OutputOptions& output, const std::vector<FrameNumber>& frames);
 
-/// Returns the fingerprint of one frame: 16 hexadecimal digits.
+/// Returns the fingerprint of one frame.
 std::string frame_fingerprint(const std::string& sequence, FrameNumber frame);
 
 /// Name of the attribute of an .exr, and keyword of a .png, that holds the fingerprint.
@@ -54,7 +56,9 @@ enum class FrameFile {
     other,       // file without the expected fingerprint
 };
 
-/// Examines a picture, whose format is recognised by its contents.
-FrameFile examine_frame(const std::filesystem::path& path, const std::string& fingerprint);
+/// Examines a picture, whose format is recognised by its contents. accepted: hashes of other sources whose pictures
+/// count as those of this program. why: receives the differences() of a file that is another one.
+FrameFile examine_frame(const std::filesystem::path& path, const std::string& fingerprint,
+                        std::span<const std::string> accepted = {}, std::string* why = nullptr);
 
 }  // namespace halflight

@@ -5,6 +5,7 @@
 
 #include "api/halflight/frame_names.h"
 #include "api/sequence/develop.h"
+#include "api/sequence/key_text.h"
 #include "api/sequence/noisy_files.h"
 #include "engine/core/error.h"
 #include "engine/core/memory_ledger.h"
@@ -22,6 +23,14 @@ std::vector<FrameNumber> neighbours_of(const std::filesystem::path& noisy, Frame
 }
 
 }  // namespace
+
+bool wants(const SequenceOptions& o, std::string_view extension) {
+    return std::ranges::any_of(o.outputs, [&](const auto& path) { return has_extension(path, extension); });
+}
+
+std::string main_name(const SequenceOptions& o) {
+    return (o.outputs.empty() ? *o.movie : o.outputs[0]).string();
+}
 
 std::vector<std::filesystem::path> pictures_of(const SequenceOptions& o, FrameNumber frame) {
     std::vector<std::filesystem::path> paths;
@@ -51,16 +60,13 @@ FrameFiles::FrameFiles(const LoadedScene& scene, const RenderSettings& settings,
     for (const FrameNumber frame : part_of(options.frames, options.part)) part_.insert(frame);
 }
 
-namespace {
-
-void add(const std::filesystem::path& path, const std::string& fingerprint, FrameFiles::State& state) {
-    const FrameFile file = examine_frame(path, fingerprint);
-    if (file == FrameFile::other && !state.other) state.other = path;
+void FrameFiles::add(const std::filesystem::path& path, const std::string& fingerprint, State& state) const {
+    std::string why;
+    const FrameFile file = examine_frame(path, fingerprint, options_.accept_sources, &why);
+    if (file == FrameFile::other && !state.other) state.other = path, state.why = why;
     state.damaged = state.damaged || file == FrameFile::incomplete;
     state.whole = state.whole && file == FrameFile::whole;
 }
-
-}  // namespace
 
 const std::string& FrameFiles::print_of(const std::filesystem::path& picture, const PictureInfo& prints) const {
     return holds_view(picture, options_.output.tiff) ? prints.view_fingerprint : prints.fingerprint;
@@ -77,13 +83,40 @@ FrameFiles::State FrameFiles::examine(FrameNumber frame) const {
 
 void FrameFiles::examine_noisy(FrameNumber frame, State& state) const {
     if (!keeps_noisy_) return;
+    const auto print = [&](FrameNumber n) { return noisy_fingerprint(sums_, n); };
     const auto noisy = [&](FrameNumber n) { return noisy_path(main_file(options_, n)); };
     State own;
-    add(noisy(frame), noisy_fingerprint(sums_, frame), own);
-    if (own.whole)
-        for (const FrameNumber n : neighbours_of(noisy(frame), frame, reach_))
-            if (!listed(n)) add(noisy(n), noisy_fingerprint(sums_, n), own);
-    state = {state.whole && own.whole, state.damaged || own.damaged, state.other ? state.other : own.other};
+    add(noisy(frame), print(frame), own);
+    const bool known = own.whole;  // the neighbours of others are known once they are rendered
+    const std::vector<FrameNumber> needed =
+        known ? neighbours_of(noisy(frame), frame, reach_) : std::vector<FrameNumber>();
+    for (FrameNumber n = frame - reach_; n <= frame + reach_; ++n) {
+        if (n < kLeastFrame || n > kMostFrame || listed(n)) continue;
+        const bool needs = std::ranges::find(needed, n) != needed.end();
+        if (known && !needs) continue;
+        if (examine_frame(noisy(n), print(n), options_.accept_sources) == FrameFile::whole) continue;
+        State near;
+        add(near_path(main_file(options_, n)), print(n), near);
+        if (!own.other) own.other = near.other, own.why = near.why;
+        if (needs) own.whole = own.whole && near.whole, own.damaged = own.damaged || near.damaged;
+    }
+    if (!state.other) state.other = own.other, state.why = own.why;
+    state.whole = state.whole && own.whole, state.damaged = state.damaged || own.damaged;
+}
+
+std::vector<std::filesystem::path> FrameFiles::noisy_names() const {
+    std::set<FrameNumber> near;
+    for (const FrameNumber frame : part_)
+        for (FrameNumber n = frame - reach_; n <= frame + reach_; ++n)
+            if (n >= kLeastFrame && n <= kMostFrame) near.insert(n);
+    std::vector<std::filesystem::path> names;
+    for (const FrameNumber n : near) {
+        const std::filesystem::path picture = main_file(options_, n);
+        if (keeps_noisy_) names.push_back(listed(n) ? noisy_path(picture) : near_path(picture));
+        if (denoises_near() && !options_.outputs.empty())
+            names.push_back(NoisyFiles::exchanged_file(options_.outputs[0], n));
+    }
+    return names;
 }
 
 std::optional<std::filesystem::path> FrameFiles::developable(FrameNumber frame) const {
@@ -108,8 +141,9 @@ std::vector<std::filesystem::path> FrameFiles::missing_pictures(FrameNumber fram
     PictureInfo prints;
     add_fingerprints(frame, prints);
     std::vector<std::filesystem::path> paths = pictures_of(options_, frame);
-    std::erase_if(paths,
-                  [&](const auto& path) { return examine_frame(path, print_of(path, prints)) == FrameFile::whole; });
+    std::erase_if(paths, [&](const auto& path) {
+        return examine_frame(path, print_of(path, prints), options_.accept_sources) == FrameFile::whole;
+    });
     return paths;
 }
 
@@ -117,7 +151,9 @@ void FrameFiles::add_fingerprints(FrameNumber frame, PictureInfo& info) const {
     info.fingerprint = frame_fingerprint(prints_.linear, frame);
     if (prints_.view.empty()) return;
     // Pictures that are developed from rounded ones differ from those that are rendered.
-    info.view_fingerprint = frame_fingerprint((rounds_ && options_.develop ? "rounded " : "") + prints_.view, frame);
+    const bool rounded = rounds_ && options_.develop;
+    info.view_fingerprint =
+        frame_fingerprint(rounded ? KeyText(prints_.view).add("colors", "rounded").text() : prints_.view, frame);
 }
 
 void FrameFiles::discard_exchanged(const std::vector<FrameNumber>& done, const std::set<FrameNumber>& open) const {

@@ -12,6 +12,10 @@
 
 namespace halflight {
 
+/// Returns whether files of that extension are written for each frame.
+bool wants(const SequenceOptions& options, std::string_view extension);
+/// Returns the file that stands for the sequence in messages.
+std::string main_name(const SequenceOptions& options);
 /// Returns the pictures of a frame.
 std::vector<std::filesystem::path> pictures_of(const SequenceOptions& options, FrameNumber frame);
 /// Returns the file that stands for a frame in messages, and beside which files of the frame lie.
@@ -30,6 +34,7 @@ class FrameFiles {
         bool whole = true;                             // all files are there
         bool damaged = false;                          // a file cannot be read to its end
         std::optional<std::filesystem::path> other{};  // file without the expected fingerprint
+        std::string why{};                             // what differs in it
     };
     /// Examines the files of a frame: pictures, and kept noisy frames, also those of neighbours that have no turn of
     /// their own.
@@ -40,6 +45,9 @@ class FrameFiles {
     /// Returns the pictures of a frame that are not whole.
     std::vector<std::filesystem::path> missing_pictures(FrameNumber frame) const;
     bool is_whole(FrameNumber frame) const { return examine(frame).whole; }
+
+    /// Returns the names of all files of noisy frames that the part may write.
+    std::vector<std::filesystem::path> noisy_names() const;
 
     const std::string& sums() const { return sums_; }
     int reach() const { return reach_; }
@@ -57,6 +65,7 @@ class FrameFiles {
   private:
     const std::string& print_of(const std::filesystem::path& picture, const PictureInfo& prints) const;
     void examine_noisy(FrameNumber frame, State& state) const;
+    void add(const std::filesystem::path& path, const std::string& fingerprint, State& state) const;
 
     const SequenceOptions& options_;
     bool rounds_;    // an .exr does not hold the bits of its picture

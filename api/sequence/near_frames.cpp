@@ -85,6 +85,19 @@ NoisyPicture NearFrames::noisy(LoadedScene& scene, FrameNumber frame, int reach,
     return made;
 }
 
+bool NearFrames::hold(LoadedScene& scene, FrameNumber frame, int reach, const Steps& steps,
+                      const ProgressCallback& progress) {
+    NoisyPicture made = noisy(scene, frame, reach, steps, progress);
+    ++rendered_;
+    if (made.result.stats.interrupted) {
+        stopped_ = std::move(made.result);
+        return false;
+    }
+    if (steps.files) steps.files->describe(frame, made);
+    held_.emplace(frame, Held{std::move(made)});
+    return true;
+}
+
 NearFrames::Obtained NearFrames::obtain(LoadedScene& scene, FrameNumber frame, int reach, const Steps& steps,
                                         const ProgressCallback& progress) {
     if (held_.contains(frame)) return Obtained::yes;
@@ -94,13 +107,7 @@ NearFrames::Obtained NearFrames::obtain(LoadedScene& scene, FrameNumber frame, i
         if (read) held_.emplace(frame, Held{std::move(*read), true});
         return read.has_value();
     };
-    if (!files) {
-        NoisyPicture made = noisy(scene, frame, reach, steps, progress);
-        ++rendered_;
-        if (made.result.stats.interrupted) return stopped_ = std::move(made.result), Obtained::no;
-        held_.emplace(frame, Held{std::move(made)});
-        return Obtained::yes;
-    }
+    if (!files) return hold(scene, frame, reach, steps, progress) ? Obtained::yes : Obtained::no;
     if (take_file()) return Obtained::yes;
     if (!files->claim(frame)) return Obtained::elsewhere;
     struct Release {
@@ -108,10 +115,7 @@ NearFrames::Obtained NearFrames::obtain(LoadedScene& scene, FrameNumber frame, i
         ~Release() { files.release(); }
     } const release{*files};
     if (take_file()) return Obtained::yes;  // another process has written it before the claim
-    Steps alone = steps;
-    alone.files = nullptr;
-    const Obtained obtained = obtain(scene, frame, reach, alone, progress);
-    if (obtained != Obtained::yes) return obtained;
+    if (!hold(scene, frame, reach, steps, progress)) return Obtained::no;
     for (auto& [n, held] : held_) {  // other processes may have come since frames were rendered
         if (held.in_file || held.result().beauty.pixels.empty() || !files->writes()) continue;
         files->write(n, held.picture);

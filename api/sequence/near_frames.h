@@ -33,7 +33,8 @@ class NearFrames {
 
     /// Renders a frame, and those up to `reach` before and after it that are not held yet. Denoises the frame by those
     /// in which lights and materials emit as in the frame itself. A frame that stays noisy needs no others, so only
-    /// neighbours that no other call renders are rendered, too (NoisyFiles::listed()). An interrupted result is incomplete.
+    /// neighbours that no other call renders are rendered, too (NoisyFiles::listed()). An interrupted result is
+    /// incomplete.
     RenderResult render(LoadedScene& scene, FrameNumber frame, int reach, const Steps& steps,
                         const ProgressCallback& progress);
     /// Forgets all frames. The context must be current.
@@ -54,6 +55,8 @@ class NearFrames {
     enum class Obtained { yes, no, elsewhere };  // `no`: interrupted; elsewhere: another process renders the frame
     Obtained obtain(LoadedScene& scene, FrameNumber frame, int reach, const Steps& steps,
                     const ProgressCallback& progress);
+    /// Renders a frame and holds it. Returns false if it was interrupted.
+    bool hold(LoadedScene& scene, FrameNumber frame, int reach, const Steps& steps, const ProgressCallback& progress);
     NoisyPicture noisy(LoadedScene& scene, FrameNumber frame, int reach, const Steps& steps,
                        const ProgressCallback& progress);
 

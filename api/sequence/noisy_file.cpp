@@ -9,6 +9,7 @@
 
 #include "api/picture/exr_attributes.h"
 #include "api/sequence/fingerprint.h"
+#include "api/sequence/key_text.h"
 #include "engine/core/error.h"
 #include "engine/core/image_tools.h"
 #include "engine/settings/settings_table.h"
@@ -19,7 +20,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr const char* kName = "halflightNoisy";  // attribute of the .exr with what is no pixel, JSON
-constexpr int kFormat = 1;
+constexpr int kFormat = 2;
 constexpr const char* kInput = "input.";  // prefix of the parts of the denoiser
 
 Json list(const auto& v) {
@@ -223,7 +224,8 @@ NoisyPicture picture_of(ExrFile& exr, const Json& json) {
                          .noisy = std::make_unique<NoisyFrame>(),
                          .info = info_of(json.at("info")),
                          .sums = json.at("sums"),
-                         .reach = json.at("reach")};
+                         .reach = json.at("reach"),
+                         .near = json.at("near").get<std::vector<std::string>>()};
     picture.info.comments = exr.attributes.comments;
     if (const auto exposure = json.find("metered_exposure"); exposure != json.end())
         picture.metered_exposure = number_of<float>(*exposure);
@@ -285,32 +287,16 @@ std::filesystem::path noisy_path(const std::filesystem::path& picture) {
     return std::filesystem::path(picture).replace_extension(".noisy.exr");
 }
 
+std::filesystem::path near_path(const std::filesystem::path& picture) {
+    return std::filesystem::path(picture).replace_extension(".near.exr");
+}
+
 std::string name_of_noisy(const std::filesystem::path& noisy) {
     return noisy.stem().stem().string();
 }
 
-std::filesystem::path noisy_path_of(const std::filesystem::path& own, FrameNumber frame, FrameNumber other) {
-    constexpr const char* kDigits = "0123456789";
-    const std::string name = name_of_noisy(own);
-    const std::size_t last = name.find_last_of(kDigits);
-    const auto named = [&](const std::string& text) { return own.parent_path() / (text + ".noisy.exr"); };
-    if (last != std::string::npos) {
-        const std::size_t before = name.find_last_not_of(kDigits, last);
-        const std::size_t first = before == std::string::npos ? 0 : before + 1;
-        FrameNumber number = -1;
-        std::from_chars(name.data() + first, name.data() + last + 1, number);
-        const bool minus = frame < 0 && first > 0 && name[first - 1] == '-';
-        if (number == std::abs(frame) && minus == (frame < 0)) {
-            const std::string start = name.substr(0, first - (minus ? 1 : 0)), end = name.substr(last + 1);
-            return named(
-                fmt::format("{}{}{:0{}}{}", start, other < 0 ? "-" : "", std::abs(other), last + 1 - first, end));
-        }
-    }
-    return named(fmt::format("{}.{}", name, other));
-}
-
 std::string noisy_fingerprint(const std::string& sums, FrameNumber frame) {
-    return frame_fingerprint("noisy " + sums, frame);
+    return frame_fingerprint(KeyText(sums).add("picture", "noisy").text(), frame);
 }
 
 void write_noisy_file(const std::filesystem::path& path, const NoisyPicture& picture, ExrCompression compression) {
@@ -329,6 +315,7 @@ void write_noisy_file(const std::filesystem::path& path, const NoisyPicture& pic
               {"light", noisy.pixels->present()},
               {"chains", noisy.pixels->has_chains()},
               {"motion", noisy.offsets(false)},
+              {"near", picture.near},
               {"glossy_motion", noisy.offsets(true)},
               {"layers", Json::array()},
               {"attributes", result.attributes},
@@ -367,10 +354,11 @@ void write_noisy_file(const std::filesystem::path& path, const NoisyPicture& pic
 
 namespace {
 
-/// Calls use(exr, json) with the contents of a file. Errors name the file.
+/// Calls use(exr, json) with the contents of a file. read: reads the file, or its header. Errors name the file.
 template <class Use>
-auto with_file(const std::filesystem::path& path, const Use& use) {
-    ExrFile exr = read_exr(path, limits_of_renders());
+auto with_file(const std::filesystem::path& path, ExrFile (*read)(const std::filesystem::path&, const ExrLimits&),
+               const Use& use) {
+    ExrFile exr = read(path, limits_of_renders());
     const auto found = exr.attributes.extra.find(kName);
     if (found == exr.attributes.extra.end())
         throw Error(path.string(), "is no noisy frame: it has no attribute {} (--keep-noisy writes such files)", kName);
@@ -391,7 +379,7 @@ auto with_file(const std::filesystem::path& path, const Use& use) {
 }  // namespace
 
 NoisyPicture read_noisy_file(const std::filesystem::path& path) {
-    return with_file(path, [](ExrFile& exr, const Json& json) {
+    return with_file(path, read_exr, [](ExrFile& exr, const Json& json) {
         NoisyPicture picture = picture_of(exr, json);
         const std::string print = fingerprint_of(exr);
         if (print != noisy_fingerprint(picture.sums, picture.info.frame))
@@ -402,10 +390,17 @@ NoisyPicture read_noisy_file(const std::filesystem::path& path) {
 }
 
 NoisyHeader read_noisy_header(const std::filesystem::path& path) {
-    return with_file(path, [](ExrFile&, const Json& json) -> NoisyHeader {
+    return with_file(path, read_exr_header, [](ExrFile&, const Json& json) -> NoisyHeader {
         const Json& info = json.at("info");
-        return {json.at("sums"), info.at("frame"), info.contains("frame_rate"), json.at("reach"),
-                json.at("motion").get<std::vector<int>>()};
+        NoisyHeader header{json.at("sums"),
+                           info.at("frame"),
+                           info.contains("frame_rate"),
+                           json.at("reach"),
+                           json.at("motion").get<std::vector<int>>(),
+                           json.at("near").get<std::vector<std::string>>()};
+        if (header.near.size() != header.motion.size())
+            throw Error("", "{} names of {} neighbours", header.near.size(), header.motion.size());
+        return header;
     });
 }
 

@@ -23,10 +23,14 @@ struct NoisyPicture {
     std::string sums{};                       // sums_fingerprint()
     std::optional<float> metered_exposure{};  // exposure that metering found for an open one, stops
     int reach = 0;                            // number of frames before and after that motion leads to, at most
+    // Names of the pictures of the frames to which it has motion, without folders and extensions, in their order.
+    std::vector<std::string> near{};
 };
 
 /// Returns the name of the noisy frame beside a picture: "shot.0001.noisy.exr" for "shot.0001.png".
 std::filesystem::path noisy_path(const std::filesystem::path& picture);
+/// Returns the name of the noisy frame of a neighbour, which has no picture: "shot.0001.near.exr" for "shot.0001.png".
+std::filesystem::path near_path(const std::filesystem::path& picture);
 /// Returns the picture's name without its extension: "shot.0001" for "shot.0001.noisy.exr".
 std::string name_of_noisy(const std::filesystem::path& noisy);
 
@@ -39,19 +43,16 @@ void write_noisy_file(const std::filesystem::path& path, const NoisyPicture& pic
 /// Reads a noisy frame. The context must be current. Throws Error for a file that is damaged or no noisy frame.
 NoisyPicture read_noisy_file(const std::filesystem::path& path);
 
-/// What a noisy frame is.
+/// Description of a noisy frame without its pixels.
 struct NoisyHeader {
     std::string sums{};  // sums_fingerprint()
     FrameNumber frame = 0;
-    bool of_sequence = false;   // the frame is one of a sequence, whose files have fingerprints
-    int reach = 0;              // NoisyPicture::reach
-    std::vector<int> motion{};  // offsets of the frames to which it has motion: those of its neighbours
+    bool of_sequence = false;         // the frame is one of a sequence, whose files have fingerprints
+    int reach = 0;                    // NoisyPicture::reach
+    std::vector<int> motion{};        // offsets of the frames to which it has motion: those of its neighbours
+    std::vector<std::string> near{};  // NoisyPicture::near, by `motion`
 };
-/// Reads a noisy frame without its pixels. Throws Error as read_noisy_file() does.
+/// Reads the header of a noisy frame, whose pixels may be damaged. Throws Error for a file that is no noisy frame.
 NoisyHeader read_noisy_header(const std::filesystem::path& path);
-
-/// Returns the name of another noisy frame: the last number in the name of frame `frame` is replaced. If it is not that
-/// of the frame, the other number is added: "still.3.noisy.exr" beside "still.noisy.exr".
-std::filesystem::path noisy_path_of(const std::filesystem::path& own, FrameNumber frame, FrameNumber other);
 
 }  // namespace halflight

@@ -7,8 +7,10 @@
 
 #include "api/halflight/statistics.h"
 #include "api/sequence/fingerprint.h"
+#include "api/sequence/key_text.h"
 #include "engine/core/error.h"
 #include "engine/core/memory_ledger.h"
+#include "engine/io/files.h"
 #include "engine/io/temporary_name.h"
 
 namespace halflight {
@@ -27,7 +29,8 @@ std::optional<NoisyPicture> NoisyFiles::read(FrameNumber frame) const {
         if (!std::filesystem::is_regular_file(path, none)) return std::nullopt;
         try {
             NoisyPicture picture = read_noisy_file(path);
-            if (picture.sums == options_.sums && picture.info.frame == frame && picture.reach >= options_.reach)
+            if (same_keys(picture.sums, options_.sums, options_.accept_sources) && picture.info.frame == frame &&
+                picture.reach >= options_.reach)
                 return picture;
         } catch (const BudgetError&) {
             throw;
@@ -35,7 +38,16 @@ std::optional<NoisyPicture> NoisyFiles::read(FrameNumber frame) const {
         }
         return std::nullopt;
     };
-    if (auto kept = read(noisy_path(options_.picture(frame)))) return kept;
+    const std::filesystem::path picture = options_.picture(frame), own = kept_file(frame);
+    if (auto kept = read(noisy_path(picture))) return kept;
+    if (auto kept = read(near_path(picture))) {
+        if (options_.keep && listed(frame))  // another shot has kept it as a neighbour
+            write_atomically(own, [&](const std::filesystem::path& temporary) {
+                std::filesystem::copy_file(near_path(picture), temporary,
+                                           std::filesystem::copy_options::overwrite_existing);
+            });
+        return kept;
+    }
     if (options_.keep || options_.pattern.empty()) return std::nullopt;
     return read(exchanged_file(options_.pattern, frame));
 }
@@ -48,8 +60,12 @@ void NoisyFiles::release() {
     if (claims_) claims_->release();
 }
 
-void NoisyFiles::write(FrameNumber frame, NoisyPicture& picture) const {
-    if (!writes()) return;
+std::filesystem::path NoisyFiles::kept_file(FrameNumber frame) const {
+    const std::filesystem::path picture = options_.picture(frame);
+    return listed(frame) ? noisy_path(picture) : near_path(picture);
+}
+
+void NoisyFiles::describe(FrameNumber frame, NoisyPicture& picture) const {
     picture.info = options_.info(picture.result);
     picture.info.frame = frame;
     std::string& comments = picture.info.comments;  // the noisy picture is not denoised
@@ -58,11 +74,20 @@ void NoisyFiles::write(FrameNumber frame, NoisyPicture& picture) const {
     picture.sums = options_.sums;
     picture.reach = options_.reach;
     picture.metered_exposure = options_.exposure;
+    picture.near.clear();
+    for (const int offset : picture.noisy->offsets(false))
+        picture.near.push_back(options_.picture(frame + offset).stem().string());
+}
+
+void NoisyFiles::write(FrameNumber frame, const NoisyPicture& picture) const {
+    if (!writes()) return;
     if (options_.keep) {
-        const std::filesystem::path path = noisy_path(options_.picture(frame));
+        const std::filesystem::path path = kept_file(frame);
         const std::string print = noisy_fingerprint(options_.sums, frame);
-        if (!options_.overwrite && examine_frame(path, print) == FrameFile::other)
-            throw Error(path.string(), "exists, but is not this noisy frame: it was not replaced; --overwrite does");
+        std::string why;
+        if (!options_.overwrite && examine_frame(path, print, options_.accept_sources, &why) == FrameFile::other)
+            throw Error(path.string(), "exists, but is not this noisy frame: {}. It was not replaced; --overwrite does",
+                        why);
         return write_noisy_file(path, picture, options_.compression);
     }
     try {

@@ -20,15 +20,17 @@ class NoisyFiles {
     struct Options {
         /// Returns the first file of a frame, beside which its noisy frame lies.
         std::function<std::filesystem::path(FrameNumber frame)> picture;
-        std::string sums{};                    // sums_fingerprint()
-        int reach = 0;                         // number of frames before and after that motion has to lead to
-        bool keep = false;                     // keeps the files: RenderSettings::keep_noisy
-        bool overwrite = false;                // replaces kept files of other settings
-        std::optional<float> exposure{};       // NoisyPicture::metered_exposure
-        std::filesystem::path pattern{};       // first output of a sequence; empty: nothing is shared
-        const FileClaims* sequence = nullptr;  // claims of the frames; tells whether processes share them
+        std::string sums{};                         // sums_fingerprint()
+        int reach = 0;                              // number of frames before and after that motion has to lead to
+        bool keep = false;                          // keeps the files: RenderSettings::keep_noisy
+        bool overwrite = false;                     // replaces kept files of other settings
+        std::vector<std::string> accept_sources{};  // SequenceOptions::accept_sources
+        std::optional<float> exposure{};            // NoisyPicture::metered_exposure
+        std::filesystem::path pattern{};            // first output of a sequence; empty: nothing is shared
+        const FileClaims* sequence = nullptr;       // claims of the frames; tells whether processes share them
         ExrCompression compression = ExrCompression::zip;  // that of kept files
-        /// Returns whether a frame is made for itself, and not as a neighbour alone. Empty: all are.
+        /// Returns whether a frame is made for itself, and not as a neighbour alone. Empty: all are. Kept neighbours
+        /// have other names (near_path()), so that shots may follow each other in a folder.
         std::function<bool(FrameNumber frame)> listed{};
         /// Returns what the files of a picture that was just rendered say.
         std::function<PictureInfo(const RenderResult& result)> info;
@@ -42,9 +44,11 @@ class NoisyFiles {
     bool claim(FrameNumber frame);
     /// Gives up the claim.
     void release();
+    /// Fills in what the file of a frame says. The renderer still has the settings of the frame.
+    void describe(FrameNumber frame, NoisyPicture& picture) const;
     /// Writes a frame if it is kept, or if processes share the sequence. A failure to write a file that is not kept
-    /// does not matter.
-    void write(FrameNumber frame, NoisyPicture& picture) const;
+    /// does not matter. Precondition: describe().
+    void write(FrameNumber frame, const NoisyPicture& picture) const;
     /// Returns whether write() would write a frame.
     bool writes() const { return options_.keep || (options_.sequence && options_.sequence->others()); }
     void set_sums(std::string sums) { options_.sums = std::move(sums); }
@@ -55,6 +59,8 @@ class NoisyFiles {
     static std::filesystem::path exchanged_file(const std::filesystem::path& pattern, FrameNumber frame);
 
   private:
+    std::filesystem::path kept_file(FrameNumber frame) const;
+
     Options options_;
     std::optional<FileClaims> claims_;
 };

@@ -186,5 +186,7 @@ ExrLimits limits_of_renders();
 ///   picture is a luminance.
 /// - Subsampled channels are interpolated. Luminance and chroma, Y, RY and BY, become R, G, B (ImfRgbaYca.h).
 ExrFile read_exr(const std::filesystem::path& path, const ExrLimits& limits = {});
+/// Reads the headers of a file alone: its channels have no values, and its pixels may be damaged or missing.
+ExrFile read_exr_header(const std::filesystem::path& path, const ExrLimits& limits = {});
 
 }  // namespace halflight

@@ -440,35 +440,72 @@ ExrLimits limits_of_renders() {
     return {65536, std::max<std::uint64_t>(usual.max_bytes, MemoryLedger::process().free())};
 }
 
-ExrFile read_exr(const std::filesystem::path& path, const ExrLimits& limits) {
-    const std::string subject = path.string();
-    const std::string bytes = read_file(path, limits.max_bytes);
-    HeaderGuard(subject, bytes, limits).check();
-    try {
-        ExrInput stream(subject, bytes);
-        Imf::MultiPartInputFile file(stream, exr_threads());
-        ExrFile result;
-        std::vector<FlatPart> parts = flat_parts(subject, file, result);
-        check_size(subject, parts, limits, result.attributes.display.value());
-        const ivec2 size = size_of(parts[0].window);
-        result.width = size.x, result.height = size.y;
-        const ivec2 display = ivec2(parts[0].window.min.x, parts[0].window.min.y) - result.attributes.origin;
-        for (FlatPart& part : parts) {
+namespace {
+
+/// Reads an open file whose header was checked. pixels: reads values of channels, too.
+ExrFile read(const std::string& subject, Imf::MultiPartInputFile& file, const ExrLimits& limits, bool pixels) {
+    ExrFile result;
+    std::vector<FlatPart> parts = flat_parts(subject, file, result);
+    check_size(subject, parts, limits, result.attributes.display.value());
+    const ivec2 size = size_of(parts[0].window);
+    result.width = size.x, result.height = size.y;
+    const ivec2 display = ivec2(parts[0].window.min.x, parts[0].window.min.y) - result.attributes.origin;
+    for (FlatPart& part : parts) {
+        if (pixels) {
             if (!file.partComplete(part.number)) throw Error(subject, "is truncated");
             read_pixels(file, part.number, part.channels);
             convert_chroma(part.channels, result.attributes.chromaticities.value_or(kRec709));
-            for (ExrChannel& channel : part.channels) {
-                channel.window = {ivec2(part.window.min.x, part.window.min.y) - display, size_of(part.window)};
-                if (parts.size() > 1) channel.part = part.name;
-                result.channels.push_back(std::move(channel));
-            }
         }
-        return result;
+        for (ExrChannel& channel : part.channels) {
+            channel.window = {ivec2(part.window.min.x, part.window.min.y) - display, size_of(part.window)};
+            if (parts.size() > 1) channel.part = part.name;
+            result.channels.push_back(std::move(channel));
+        }
+    }
+    return result;
+}
+
+/// Returns what `read` returns. Throws Error in place of OpenEXR's exceptions.
+template <class Read>
+ExrFile without_exceptions(const std::string& subject, const Read& read) {
+    try {
+        return read();
     } catch (const Error&) {
         throw;
     } catch (const std::exception& e) {
         throw Error(subject, "cannot read OpenEXR: {}", e.what());
     }
+}
+
+}  // namespace
+
+ExrFile read_exr(const std::filesystem::path& path, const ExrLimits& limits) {
+    const std::string subject = path.string();
+    const std::string bytes = read_file(path, limits.max_bytes);
+    HeaderGuard(subject, bytes, limits).check();
+    return without_exceptions(subject, [&] {
+        ExrInput stream(subject, bytes);
+        Imf::MultiPartInputFile file(stream, exr_threads());
+        return read(subject, file, limits, true);
+    });
+}
+
+ExrFile read_exr_header(const std::filesystem::path& path, const ExrLimits& limits) {
+    constexpr std::uint64_t kUsual = std::uint64_t{1} << 20;  // most bytes of the headers of usual files
+    const std::string subject = path.string();
+    const ByteSource source(path);
+    std::string buffer;
+    const auto check = [&](std::uint64_t size) { HeaderGuard(subject, source.read(0, size, buffer), limits).check(); };
+    try {
+        check(std::min(kUsual, source.size()));
+    } catch (const Error&) {
+        if (source.size() <= kUsual || source.size() > limits.max_bytes) throw;
+        check(source.size());
+    }
+    return without_exceptions(subject, [&] {
+        Imf::MultiPartInputFile file(subject.c_str(), 1, false);
+        return read(subject, file, limits, false);
+    });
 }
 
 bool ExrWindow::contains(const ExrWindow& other) const {

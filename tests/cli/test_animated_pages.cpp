@@ -35,6 +35,11 @@ TEST_F(Pack, AnimatedScenesEqualThoseInMemory) {
     sequence("two.#.exr", "--frames 3,1 --page-pool 1M");
     EXPECT_TRUE(read_text(file("all.1.exr")) == read_text(file("two.1.exr")));
     EXPECT_TRUE(read_text(file("all.3.exr")) == read_text(file("two.3.exr")));
+    // That frames of such a scene equal those in memory is not proven.
+    refused(1,
+            words("render", scene, file("all.#.exr"), "--primary traced --reproducible --quiet --fps 4 --pages none", view,
+                  "--frames 0-3"),
+            ": pages is yes, not as usual");
 }
 
 /// Surfaces that have no area at rest, whole boxes or their sides alone, have their materials when they appear.

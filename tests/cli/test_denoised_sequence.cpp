@@ -2,6 +2,7 @@
 // from their neighbours, and they are reproducible.
 #include <thread>
 
+#include "engine/io/temporary_name.h"
 #include "tests/cli/sequence_test.h"
 
 namespace halflight::test {
@@ -109,19 +110,51 @@ TEST_F(DenoisedSequence, NoisyFramesAreDenoisedToTheSameFiles) {
     done(words("denoise", folder / "noisy/f.0004.exr", "--reproducible --denoise-frames 1"));
     EXPECT_TRUE(read_text(folder / "noisy/f.0004.denoised.exr") == read_text(file("one", 4)));
 
-    const fs::path noisy = folder / "noisy/f.0002.noisy.exr";
+    const fs::path noisy = folder / "noisy/f.0002.near.exr";
     const std::string whole = read_text(noisy);
     const Strings again = words("denoise", folder / "noisy/f.0004.noisy.exr", "--quiet -o", file("again.exr"));
     write_text(noisy, whole.substr(0, whole.size() - 100));
-    refused(1, again, "f.0002.noisy.exr: ");
+    refused(1, again, "f.0002.near.exr: ");
     fs::remove(noisy);
-    refused(1, again, "f.0002.noisy.exr: is missing: frame 4 takes light from frame 2");
+    refused(1, again, "f.0002.noisy.exr: is missing, and so is f.0002.near.exr: frame 4 takes light from frame 2");
     make("other", "4", words(more, "--keep-noisy --seed 1"));
     fs::copy_file(folder / "other/f.0004.noisy.exr", noisy);
-    refused(1, again, "f.0002.noisy.exr: is not frame 2 of the scene and settings of ");
+    refused(1, again, "f.0002.near.exr: is not frame 2 of the scene and settings of ");
     refused(1, words("denoise --quiet", file("direct", 3)), "f.0003.exr: is no noisy frame");
     expect_has(make("noisy", "3-5", words(more, "--keep-noisy --overwrite")).err, "1 of 3 frames are there already");
     done(again);
+}
+
+/// Names of neighbours have other numbers of digits, or a sign.
+TEST_F(DenoisedSequence, NeighboursHaveTheNamesThatFilesTell) {
+    const Strings more = words(kMoving, "--width 16 --height 16 --samples 2 --denoise-frames 1 --keep-noisy");
+    for (const auto& [name, frames] : {std::pair("n.#", "9-10"), std::pair("m.%03d", "-1-0")}) {
+        done(words("render", scene, file(name + std::string(".exr")), std::string("--frames=") + frames, more));
+        done(words("denoise", file(name + std::string(".noisy.exr")), std::string("--frames=") + frames));
+    }
+    for (const char* name : {"n.9.denoised.exr", "n.10.denoised.exr", "m.-01.denoised.exr", "m.000.denoised.exr"})
+        EXPECT_TRUE(fs::exists(file(name))) << name;
+    for (const char* name : {"n.8.near.exr", "n.11.near.exr", "m.-02.near.exr", "m.001.near.exr"})
+        EXPECT_TRUE(fs::exists(file(name))) << name;
+}
+
+/// Shots of one folder follow each other, and neighbours of another shot are not replaced.
+TEST_F(DenoisedSequence, KeptNeighboursAreNoFramesOfTheShot) {
+    const Strings more = words(kMoving, "--denoise-frames 2 --keep-noisy"), other = words(more, "--seed 1");
+    make("shots", "4", more);
+    EXPECT_EQ(contents("shots").size(), 2u + 4u);
+    refused(1, words(command("shots", "7", other), "--quiet"), "f.0005.near.exr: exists, but is not this frame");
+    EXPECT_EQ(contents("shots").size(), 2u + 4u) << "nothing was rendered";
+    const fs::path temporary = folder / "shots" / (temporary_prefix(folder / "shots/f.0005.noisy.exr") + "1-2-3.exr");
+    write_text(temporary, "of a killed run");
+    make("shots", "5-6", more);
+    EXPECT_FALSE(fs::exists(temporary));
+    EXPECT_TRUE(read_text(folder / "shots/f.0005.noisy.exr") == read_text(folder / "shots/f.0005.near.exr"));
+    make("shots", "9", words(other, "--overwrite"));
+    EXPECT_TRUE(fs::exists(folder / "shots/f.0007.near.exr"));
+    refused(1, words("denoise --quiet", folder / "shots/f.0006.noisy.exr"), "f.0007.near.exr: is not frame 7 of");
+    make("shots", "5-6", words(more, "--overwrite"));
+    done(words("denoise --frames 4-6", folder / "shots/f.####.noisy.exr"));
 }
 
 /// Crops with depth of field, adaptive samples and two eyes as views.
@@ -132,7 +165,8 @@ TEST_F(DenoisedSequence, NoisyPicturesAreDenoisedToTheSameFiles) {
                                               "--width 32 --height 32 --samples 4");
         done(words("render", scene, file("direct.exr"), options, "--denoise"));
         done(words("render", scene, file("still.exr"), options, "--keep-noisy"));
-        done(words("render", scene, file("still.png"), file("again.exr"), options, "--keep-noisy"));  // from the noisy frame
+        done(words("render", scene, file("still.png"), file("again.exr"), options,
+                   "--keep-noisy"));  // from the noisy frame
         const Strings layout = has(more, "parts") ? words("--exr-parts") : Strings();
         done(words("denoise", file("still.exr"), "--reproducible -o", file("later.exr"), layout));
         EXPECT_TRUE(read_text(file("later.exr")) == read_text(file("direct.exr"))) << more;

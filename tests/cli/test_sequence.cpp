@@ -240,12 +240,19 @@ TEST_F(Sequence, InPartsAndChecked) {
 TEST_F(Sequence, FramesOfOtherSettingsAreAnError) {
     make("out", "1-3");
     const auto before = contents("out");
-    for (const char* more :
-         {"--seed 1", "--fps 25", "--env 1,1,1", "--camera moving", "--animation turn", "--aov depth", ""}) {
+    const std::pair<const char*, const char*> others[] = {{"--seed 1", ": seed is as usual, not 1."},
+                                                          {"--fps 25", ": fps is 24/1, not 25/1."},
+                                                          {"--env 1,1,1", ": environment differs."},
+                                                          {"--camera moving", ": camera differs."},
+                                                          {"--animation turn", ": animation is "},
+                                                          {"--aov depth", ": aov is as usual, not depth."},
+                                                          {"", ": scene differs."}};
+    for (const auto& [more, difference] : others) {
         if (!*more) write_text(scene, read_text(scene) + " ");  // another scene
         const Outcome outcome = run("out", "3-4", words(more));
         EXPECT_EQ(outcome.status, 1) << more;
         expect_has(last_line(outcome), "f.0003.exr: exists");
+        expect_has(last_line(outcome), difference);
         EXPECT_TRUE(contents("out") == before) << more;
     }
     make("out", "3-4", {"--overwrite"});
@@ -258,6 +265,31 @@ TEST_F(Sequence, FramesOfOtherSettingsAreAnError) {
     // A frame is not kept under the name of another frame.
     fs::copy_file(file("out", 3), file("out", 6));
     EXPECT_EQ(run("out", "6").status, 1);
+}
+
+/// Returns the bytes of a file with other digits after "sources=".
+std::string of_other_sources(std::string bytes, const std::string& digits) {
+    const std::size_t at = bytes.find("sources=");
+    return at == std::string::npos ? bytes : bytes.replace(at + 8, digits.size(), digits);
+}
+
+TEST_F(Sequence, FramesOfAcceptedSourcesAreKept) {
+    const std::string old = "0123456789abcdef";
+    const Strings views = words("-o", folder / "out/f.####.png", "-o", folder / "out/f.####.jpg");
+    make("out", "1-2", views);
+    for (const auto& [name, bytes] : contents("out")) {
+        EXPECT_NE(bytes.find("sources="), std::string::npos) << name;
+        if (!name.ends_with("png")) write_text(folder / "out" / name, of_other_sources(bytes, old));
+    }
+    const auto before = contents("out");
+    expect_has(last_line(run("out", "1-3", views)), "f.0001.exr: exists");
+    expect_has(last_line(run("out", "1-3", views)), ": sources is " + old + ", not ");
+    EXPECT_EQ(run("out", "1-3", words(views, "--accept-sources fedcba9876543210")).status, 1);
+    expect_has(last_line(run("out", "1-3", words(views, "--seed 1 --accept-sources", old))), "seed is as usual, not 1");
+    expect_has(make("out", "1-3", words(views, "--accept-sources", old)).err, "2 of 3 frames are there already");
+    for (const auto& [name, bytes] : before) EXPECT_TRUE(contents("out").at(name) == bytes) << name;
+    EXPECT_EQ(run("out", "1-3", words(views, "--check --accept-sources", old)).status, 0);
+    EXPECT_EQ(run("out", "1-3", words(views, "--check")).status, 1);
 }
 
 TEST_F(Sequence, TracingMethodsDoNotChangeTheFingerprint) {

@@ -452,6 +452,8 @@ class Errors(InFolder):
                                (dict(keep="shadow,smell"), "cannot keep 'smell'")]:
             with self.subTest(settings), self.assertRaisesRegex(hl.Error, text):
                 hl.render(scene, **{**SMALL, **settings})
+        for settings, text in [(dict(samples=2), "samples was decided when"), (dict(shutter=0.5), "'shutter'")]:
+            self.assertRaisesRegex(hl.Error, text, hl.denoise, self.folder / "a.noisy.exr", **settings)
         self.assertRaisesRegex(hl.Error, "environment", hl.load, CORNELL, environment=(float("nan"), 0, 0))
         self.assertRaisesRegex(hl.Error, "a.bmp", hl.render(scene, layers=[], **SMALL).save, self.folder / "a.bmp")
 

@@ -126,6 +126,8 @@ void add_animation_options(Options& options, std::optional<std::string>& animati
                            const std::string& usual);
 /// Declares --shutter.
 void add_shutter_option(Options& options, RenderArguments& arguments);
+/// Declares --accept-sources.
+void add_accept_sources(Options& options, RenderArguments& arguments);
 /// Declares the options of sequences: frames, animation, shutter, movie, ...
 void add_sequence_options(Options& options, RenderArguments& arguments);
 /// Throws UsageError for options of sequences that do not fit together.

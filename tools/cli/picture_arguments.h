@@ -67,11 +67,12 @@ struct RenderArguments : ViewArguments {
 
     std::vector<FrameNumber> frames;  // frames of a sequence, in order; empty: one picture, of settings.frame
     Shutter shutter;
-    bool overwrite = false;            // replaces frames, or a checkpoint, that were made with other settings
-    ListPart part;                     // part of `frames`, or of the samples of a single picture, to render
-    bool develop = false;              // makes pictures from the .exr of frames instead of rendering
-    bool merge = false;                // joins the parts of a single picture instead of rendering it
-    bool check = false;                // renders nothing and checks that all frames are there
+    bool overwrite = false;                     // replaces frames, or a checkpoint, that were made with other settings
+    std::vector<std::string> accept_sources{};  // SequenceOptions::accept_sources
+    ListPart part;                              // part of `frames`, or of the samples of a single picture, to render
+    bool develop = false;                       // makes pictures from the .exr of frames instead of rendering
+    bool merge = false;                         // joins the parts of a single picture instead of rendering it
+    bool check = false;                         // renders nothing and checks that all frames are there
     std::optional<double> checkpoint;  // seconds between two saves of the samples of a single picture; none: no saves
 
     std::optional<std::filesystem::path> ocio;

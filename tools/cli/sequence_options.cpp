@@ -47,6 +47,18 @@ void add_shutter_option(Options& options, RenderArguments& a) {
                   [&](const auto& name, const auto& text) { a.shutter.open = real(name, text, 0, kMostShutter); });
 }
 
+void add_accept_sources(Options& options, RenderArguments& a) {
+    options.repeated("--accept-sources", "HASH",
+                     "keeps frames that a program of other sources has made, as if this one had made them; HASH is the "
+                     "build of its --version",
+                     [&](const auto& name, const auto& text) {
+                         const auto digit = [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); };
+                         if (text.size() != 16 || !std::ranges::all_of(text, digit))
+                             throw UsageError(name, "expects 16 hexadecimal digits, not '{}'", text);
+                         a.accept_sources.push_back(text);
+                     });
+}
+
 void add_sequence_options(Options& options, RenderArguments& a) {
     options.group("Sequence");
     options.value("--frames", "LIST",
@@ -80,6 +92,7 @@ void add_sequence_options(Options& options, RenderArguments& a) {
                   [&](const auto& name, const auto& text) { a.view.turntable = whole(name, text, 1, 1000000); });
     options.flag("--overwrite", a.overwrite,
                  "replaces frames, or a checkpoint, that were made with other settings or from another scene");
+    add_accept_sources(options, a);
     options.flag("--develop", a.develop,
                  "renders nothing: makes other pictures and the movie from the .exr of each frame, also from half "
                  "floats. Without it, frames are developed whose .exr is complete and exact");
@@ -97,7 +110,8 @@ void check_sequence_options(const CLI::App& app, const RenderArguments& a) {
     const bool sequence = !a.frames.empty();
     if (app.count("--overwrite") > 0 && !sequence && !a.checkpoint && a.part.of == 1)
         throw UsageError("--overwrite", "needs --frames, --checkpoint or --part");
-    if (app.count("--check") > 0 && !sequence) throw UsageError("--check", "needs --frames");
+    for (const char* option : {"--check", "--accept-sources"})
+        if (app.count(option) > 0 && !sequence) throw UsageError(option, "needs --frames");
     if (a.develop &&
         (!sequence || std::ranges::none_of(a.outputs, [](const auto& path) { return has_extension(path, "exr"); })))
         throw UsageError("--develop", "needs --frames, and the .exr among the outputs");

@@ -41,6 +41,7 @@ void add_denoise_options(CLI::App& app, DenoiseArguments& a) {
                       a.settings.denoise_frames = whole(name, text, 0, kMaxDenoiseFrames);
                   });
     options.flag("--overwrite", a.overwrite, "replaces pictures of other frames or settings");
+    add_accept_sources(options, a);
     options.flag("--best-effort", a.output.best_effort,
                  "accepts frames that were rendered for an error target and have not reached it");
     options.flag("--reproducible", a.output.reproducible,
@@ -87,6 +88,7 @@ void run_denoise(const DenoiseArguments& a) {
                            .view = a.settings.view,
                            .output = a.output,
                            .overwrite = a.overwrite,
+                           .accept_sources = a.accept_sources,
                            .colors = ColorConfig::load(a.ocio),
                            .device = device_options(a)};
     check_color(*options.colors, a, console);

@@ -28,13 +28,23 @@
 namespace halflight {
 namespace {
 
+/// Returns the picture of a frame, or the name that stands for that of another frame.
+std::filesystem::path picture_of(const RenderArguments& a, FrameNumber frame) {
+    const std::filesystem::path& own = a.outputs[0];
+    return frame == a.settings.frame ? own : own.parent_path() / fmt::format("{}.{}.exr", own.stem().string(), frame);
+}
+
 /// Makes the folders of files that are written. Throws Error for files that cannot be written, before the long work.
 void check_outputs(const RenderArguments& a) {
     std::vector<std::filesystem::path> files = a.outputs;
     if (a.stats) files.push_back(*a.stats);
     if (a.graph) files.push_back(*a.graph);
     for (const auto& path : files) make_folder_of(path);
-    remove_abandoned(files);
+    std::vector<std::filesystem::path> made = files;
+    const int reach = a.settings.keep_noisy ? neighbour_frames(a.settings) : -1;
+    for (FrameNumber n = a.settings.frame - reach; n <= a.settings.frame + reach; ++n)
+        made.push_back(n == a.settings.frame ? noisy_path(a.outputs[0]) : near_path(picture_of(a, n)));
+    remove_abandoned(made);
     for (const auto& path : files) check_writable(path);
     if (a.stats) check_takes_text(*a.stats);
     if (a.graph) check_takes_text(*a.graph);
@@ -84,13 +94,8 @@ std::vector<std::filesystem::path> merged_parts(const RenderArguments& a) {
 /// that will make the picture, which may be made later.
 std::shared_ptr<NoisyFiles> noisy_files(const RenderArguments& a, const FrameRenderer* const& renderer) {
     if (!a.settings.keep_noisy || part_of_samples(a) > 0) return nullptr;
-    const auto picture = [&a](FrameNumber frame) {
-        const std::filesystem::path& own = a.outputs[0];
-        return frame == a.settings.frame ? own
-                                         : own.parent_path() / fmt::format("{}.{}.exr", own.stem().string(), frame);
-    };
     return std::make_shared<NoisyFiles>(
-        NoisyFiles::Options{.picture = picture,
+        NoisyFiles::Options{.picture = [&a](FrameNumber frame) { return picture_of(a, frame); },
                             .reach = neighbour_frames(a.settings),
                             .keep = true,
                             .overwrite = true,

@@ -79,7 +79,10 @@ gpu::ContextOptions device_options(const RenderArguments& a) {
 }
 
 void check_color(const ColorConfig& config, const RenderArguments& a, const Console& console) {
-    if (wants_view(a)) config.view(a.settings.view);
+    if (wants_view(a)) {
+        const std::optional<DisplayEncoding> encoding = config.view(a.settings.view).encoding();
+        for (const auto& path : a.outputs) check_encoding(path, a.output.tiff, encoding);
+    }
     try {
         const LinearSpace space = working_space(config, a.output.working_space);
         if (!space.chromaticities)

@@ -32,6 +32,7 @@ void run_sequence(const RenderArguments& a, Watched* watched) {
                                   .movie = a.movie,
                                   .stats = a.stats,
                                   .overwrite = a.overwrite,
+                                  .accept_sources = a.accept_sources,
                                   .develop = a.develop,
                                   .checkpoint = a.checkpoint,
                                   .output = a.output};

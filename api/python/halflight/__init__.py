@@ -367,6 +367,10 @@ def _options(device="", shader_cache=True, ocio=None, shutter=0, shutter_times=N
     return _call(_native.RendererOptions, **locals())
 
 
+def _device(device="", shader_cache=True, ocio=None):
+    return _options(**locals())
+
+
 def _output(working_space="", reproducible=False, strict=False, best_effort=False, exr_compression="zip",
             exr_parts=False, exr_tiles=0, png_bits=0, jpeg_quality=92, tiff_type="16"):
     tiff_type = str(tiff_type)
@@ -430,8 +434,8 @@ def render(scene, frame=None, layers="all", progress=None, **settings):
     return Renderer(scene, layers, pictures=1, **settings).render(frame, progress)
 
 
-def render_sequence(scene, outputs, frames, layers="all", movie=None, stats=None, overwrite=False, develop=False,
-                    progress=None, **settings):
+def render_sequence(scene, outputs, frames, layers="all", movie=None, stats=None, overwrite=False, accept_sources=(),
+                    develop=False, progress=None, **settings):
     """Renders frames to numbered files, as ``halflight render --frames`` does. Existing frames are kept.
 
       outputs   one or more paths, such as .exr or .png, with a placeholder for the number: "shot.####.exr", "shot.%04d.png"
@@ -439,6 +443,7 @@ def render_sequence(scene, outputs, frames, layers="all", movie=None, stats=None
       movie     path of an .mp4 or .mov of all frames; needs ffmpeg
       stats     path of a file to which a line of JSON is appended for each frame
       develop   renders nothing: makes other pictures from the .exr of each frame
+      accept_sources  hashes of sources whose frames count as those of this program (``halflight --version``)
       progress  called as progress(frame, Progress); False stops the sequence
 
     Returns a dict: frames asked for, kept, made, and stopped_in, the frame in which `progress` stopped."""
@@ -450,10 +455,10 @@ def render_sequence(scene, outputs, frames, layers="all", movie=None, stats=None
     callback = None if progress is None else lambda values: progress(values[0], Progress(*values[1:]))
     return _call(_native.render_files, scene=scene._native, settings=_texts(settings, layers), options=options,
                  output=output, outputs=outputs, frames=frames, movie=movie, stats=stats, overwrite=overwrite,
-                 develop=develop, progress=callback, log=_log)
+                 accept_sources=_items(accept_sources), develop=develop, progress=callback, log=_log)
 
 
-def denoise(frames, outputs=(), near=None, overwrite=False, progress=None, **settings):
+def denoise(frames, outputs=(), near=None, overwrite=False, accept_sources=(), progress=None, **settings):
     """Makes denoised pictures of noisy frames that keep_noisy=True has kept, as ``halflight denoise`` does.
 
       frames    one or more paths: noisy frames, NAME.noisy.exr, or pictures beside which they lie
@@ -462,8 +467,9 @@ def denoise(frames, outputs=(), near=None, overwrite=False, progress=None, **set
       progress  called as progress(done, all) before each frame; False stops
 
     Further arguments are those of files and of the view, such as exposure. Returns a dict: frames, kept, made."""
-    options, output = _split(settings, _options), _split(settings, _output)
+    options, output = _split(settings, _device), _split(settings, _output)
     paths = [[p] if isinstance(p, (str, _os.PathLike)) else _items(p) for p in (frames, outputs)]
     return _call(_native.denoise_files, frames=paths[0], outputs=paths[1], near=near,
                  settings=_texts(settings, None), options=options, output=output, overwrite=overwrite,
+                 accept_sources=_items(accept_sources),
                  progress=None if progress is None else lambda counts: progress(*counts), log=_log)

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <random>
+#include <set>
 
 #include "engine/gpu/program.h"
 #include "passes/surface/raster_window.h"
@@ -197,6 +198,17 @@ TEST(FrameConstants, TheLastBandEndsAtTheImage) {
     EXPECT_EQ(ivec4(frame.size, frame.band_y, frame.band_rows), ivec4(100, 70, 48, 22));
     EXPECT_EQ(uvec2(frame.tiles_x, frame.tiles_y), uvec2(7, 3)) << "of the band as it was allocated";
     EXPECT_EQ(uvec2(frame.sample_index, frame.seed), uvec2(5, 77));
+}
+
+TEST(FrameConstants, FramesHaveNoiseOfTheirOwn) {
+    std::set<std::uint32_t> seeds;
+    const FrameNumber frames[] = {kLeastFrame, -2, -1, 0, 1, 2147483647, 2147483648, kMostFrame - 1, kMostFrame};
+    for (const FrameNumber number : frames) {
+        FrameSettings frame;
+        frame.frame = number;
+        seeds.insert(sample_view(frame, {{16, 16}, 0, 16}, 0, SamplePoints::sobol).seed);
+    }
+    EXPECT_EQ(seeds.size(), std::size(frames));
 }
 
 using CameraRayTest = GpuTest;

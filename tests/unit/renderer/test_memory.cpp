@@ -126,6 +126,9 @@ TEST(Memory, WholePictureStepsGrowWithThePicture) {
     s.denoise_error = 0;
     s.denoise_frames = 2;
     EXPECT_GE(of(s).preview, denoised.preview + 4 * (5 + 2 * 3 + 4 + 1) * kTexels) << "pictures of four neighbours";
+    s.denoise_frames = 0;
+    s.keep_noisy = true;
+    EXPECT_GE(of(s).preview, denoised.preview + 2 * (5 + 2 * 3 + 1) * kTexels) << "a file, and its channels";
 }
 
 TEST(Memory, ScenesCountTheirContents) {

@@ -1,9 +1,11 @@
 // Tests error estimates of pictures: of a mean of replicates, whose true value is 0, and from two noisy pictures.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include "engine/core/metrics.h"
@@ -97,43 +99,92 @@ TEST(ReplicateError, HoldsForTheNoiseOfRenders) {
     }
 }
 
-/// A picture that ends once its bound meets a target: few values, of which five have rare hits and half of the error.
+/// A picture, or a part of one, that grows until its bound meets a target. It has few values. `rare` of them have rare
+/// hits, and half of the error if there are any. The true value is 0.
+struct Growing {
+    std::size_t rare;
+    std::vector<Picture> sums = std::vector<Picture>(kReplicates, Picture(kValues));
+    int each = 0;  // samples of each replicate
+
+    void add(int samples, std::mt19937& random) {
+        constexpr double kChance = 0.02;
+        const double height =
+            std::sqrt(0.5 * kValues / double(std::max<std::size_t>(rare, 1)) / (kChance * (1 - kChance)));
+        std::normal_distribution<double> noise(0, std::sqrt(0.5 * samples));
+        std::binomial_distribution hits(samples, kChance);
+        for (Picture& sum : sums)
+            for (std::size_t i = 0; i < kValues; ++i)
+                sum[i] += i < rare ? height * (hits(random) - samples * kChance) : noise(random);
+        each += samples;
+    }
+    void add(const Growing& part) {
+        for (std::size_t r = 0; r < sums.size(); ++r)
+            std::ranges::transform(sums[r], part.sums[r], sums[r].begin(), std::plus<>());
+        each += part.each;
+    }
+    /// Returns the error of the mean of the replicates, and its true value.
+    std::pair<PictureError, double> error() const {
+        std::pair<PictureError, double> result;
+        std::vector<double> values(kReplicates);
+        for (std::size_t i = 0; i < kValues; ++i) {
+            double mean = 0;
+            for (std::size_t r = 0; r < values.size(); ++r) mean += (values[r] = sums[r][i] / each) / kReplicates;
+            result.first.add(values, ErrorMetric::mse);
+            result.second += mean * mean / kValues;
+        }
+        return result;
+    }
+    void reach(double target, int& chances, std::mt19937& random) {
+        ErrorEstimate e;
+        for (int next = kFirstLook; each == 0 || e.bound > target; next = next_replicate_samples(each, e, target)) {
+            add(next - each, random);
+            e = error().first.judge(target, chances);
+        }
+    }
+};
+
 TEST(PictureError, HoldsWhereSamplingEnds) {
-    constexpr int kTrials = 400, kRare = 5;
-    constexpr double kTarget = 0.01, kChance = 0.02;
+    constexpr int kTrials = 400;
     std::mt19937 random(1);
-    std::normal_distribution<double> noise(0, std::sqrt(0.5));
-    const double height = std::sqrt(0.5 * kValues / kRare / (kChance * (1 - kChance)));
     int inside = 0, below = 0;
     for (int trial = 0; trial < kTrials; ++trial) {
-        std::vector<Picture> sums(kReplicates, Picture(kValues));
-        int each = 0, chances = 0;
-        ErrorEstimate e;
-        std::vector<double> values(kReplicates);
-        double truth = 0;
-        for (int next = kFirstLook; each == 0 || e.bound > kTarget; next = next_replicate_samples(each, e, kTarget)) {
-            const int more = next - each;
-            std::binomial_distribution hits(more, kChance);
-            for (Picture& sum : sums)
-                for (std::size_t i = 0; i < kValues; ++i)
-                    sum[i] += i < kRare ? height * (hits(random) - more * kChance) : std::sqrt(more) * noise(random);
-            each = next;
-            PictureError error;
-            truth = 0;
-            for (std::size_t i = 0; i < kValues; ++i) {
-                double mean = 0;
-                for (std::size_t r = 0; r < values.size(); ++r) mean += (values[r] = sums[r][i] / each) / kReplicates;
-                error.add(values, ErrorMetric::mse);
-                truth += mean * mean / kValues;
-            }
-            e = error.judge(kTarget, chances);
-        }
+        Growing picture{.rare = 5};
+        int chances = 0;
+        picture.reach(0.01, chances, random);
+        auto [error, truth] = picture.error();
+        error.count(chances);
+        const ErrorEstimate e = error.estimate();
         inside += e.lower <= truth && truth <= e.upper;
         below += truth <= e.bound;
     }
     // 95 % minus a standard error and a half. Without the chances, both are 92 %.
     EXPECT_GE(inside, 0.935 * kTrials);
     EXPECT_GE(below, 0.935 * kTrials);
+}
+
+/// Each part ends by its own noise, and the merged picture is judged by that of all parts.
+TEST(PictureError, PartsReachTheTargetTogether) {
+    constexpr int kTrials = 60, kParts = 3;
+    constexpr double kTarget = 0.002;
+    std::mt19937 random(1);
+    int below = 0, reached = 0;
+    for (int trial = 0; trial < kTrials; ++trial) {
+        Growing picture{.rare = 0};
+        int most = 0;
+        for (int part = 0; part < kParts; ++part) {
+            Growing own{.rare = 0};
+            int chances = first_chances(kParts);
+            own.reach(kParts * kTarget, chances, random);
+            picture.add(own);
+            most = std::max(most, chances - first_chances(kParts));
+        }
+        auto [error, truth] = picture.error();
+        error.count(most);
+        below += truth <= error.estimate().bound;
+        reached += error.estimate().bound <= kTarget;
+    }
+    EXPECT_GE(below, 0.92 * kTrials);
+    EXPECT_GE(reached, 0.97 * kTrials);  // 92 % without first_chances()
 }
 
 constexpr int kSide = 64;
