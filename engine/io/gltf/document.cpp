@@ -11,6 +11,7 @@
 #include "engine/io/files.h"
 #include "engine/io/gltf/buffers.h"
 #include "engine/io/gltf/extras.h"
+#include "engine/io/gltf/light_profiles.h"
 #include "engine/io/gltf/parts.h"
 #include "engine/io/gltf/rules.h"
 #include "engine/io/gltf/schema.h"
@@ -427,8 +428,10 @@ GltfDocument open_gltf(const fs::path& path, const GltfOptions& options) {
     }
     document.images = take_images(root);
     take_buffers(root, document, chunks.binary);
+    const Json profiles = root.value(Json::json_pointer("/extensions/EXT_lights_ies/lights"), Json::array());
     document.model = to_model(std::move(root), document.file);
     choose_images(document, required);
+    read_light_profiles(profiles, document);
     return document;
 }
 

@@ -87,6 +87,7 @@ struct GltfDocument {
     std::vector<std::string> variants;                   // names of the material variants
     std::vector<float> stroke_radii;                     // radius of points and lines, by mesh; empty: left out
     std::optional<FrameRate> frame_rate;                 // frame rate in the scene's extras
+    std::vector<LightProfile> light_profiles;            // profiles of EXT_lights_ies
     std::vector<LightSize> light_sizes;                  // size of each light, from its extras
     std::vector<Lens> lenses;                            // lens of each camera, from its extras
     nlohmann::json materials = nlohmann::json::array();  // materials of the file, checked
