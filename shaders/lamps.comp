@@ -63,9 +63,9 @@ float distance_to(Search ray, SizedLight light, bool is_disc) {
 void meet(inout Search ray, int row, float way, float probability, uint group, float factor) {
     SizedLight light = light_of_row(ray, row);
     vec3 radiance = texelFetch(scene_lights, row + 3).rgb * light.radiance;
-    if (kSpotLights) {
-        bool is_spot = light_kind(word_of_float(texelFetch(scene_lights, row).w)) == kLightSpot;
-        radiance *= is_spot ? spot_falloff(row, -ray.direction) : 1.0;
+    if (kSpotLights || kLightProfiles) {
+        uint kind = light_kind(word_of_float(texelFetch(scene_lights, row).w));
+        radiance *= angular_falloff(row, kind, -ray.direction);
     }
     if (kVolume) radiance *= transmittance(ray.medium, isinf(way) ? endless_way(ray.medium) : way);
     vec3 more = ray.throughput * radiance *
@@ -150,7 +150,7 @@ void find_lights(inout Search ray, uint path) {
     ray.number = sample_1d(path_sampler(frame, path),
                          vertex_dimension(depth, kDimensionRoulette) + kDimensionsOfSizes);
     const float factor = HALFLIGHT_FIRST_HIT != 0 ? float(HALFLIGHT_SHADOW_RAYS) : 1.0;  // event_of() has the same factor
-    uint lights = uint(textureSize(scene_lights) / kLightStride);
+    uint lights = uint(light_texels() / kLightStride);
     if (kSun && kSizedSuns) {
         int sun = int(lights - 1u) * kLightStride;
         float way_to_sun = distance_to(ray, light_of_row(ray, sun), true);

@@ -100,12 +100,19 @@ std::vector<Candidate> candidates_of(const Scene& scene) {
     const std::size_t step = (scene.lights.size() + kCandidates - 1) / kCandidates;
     for (std::size_t i = 0; i < scene.lights.size(); i += step) {
         const PunctualLight& light = scene.lights[i];
-        candidates.push_back({.position = light.position,
-                              .direction = dvec3(light.direction),
-                              .intensity = double(step) * luminance_of(light.intensity),
-                              .cos_outer = light.type == LightType::spot ? std::cos(double(light.outer_cone)) : -2,
-                              .directional = light.type == LightType::directional,
-                              .light = &light});
+        Candidate candidate{.position = light.position,
+                            .direction = dvec3(light.direction),
+                            .intensity = double(step) * luminance_of(light.intensity),
+                            .cos_outer = light.type == LightType::spot ? std::cos(double(light.outer_cone)) : -2,
+                            .directional = light.type == LightType::directional,
+                            .light = &light};
+        if (light.profile != kNone) {
+            const LitCone lit = lit_cone(scene.light_profiles[static_cast<std::size_t>(light.profile)]);
+            if (lit.reversed) candidate.direction = -candidate.direction;
+            candidate.intensity *= lit.share;
+            candidate.cos_outer = std::cos(lit.angle);
+        }
+        candidates.push_back(candidate);
     }
     return candidates;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 
 namespace halflight::reference {
 namespace {
@@ -36,9 +37,13 @@ double mean_emission(const Tracer& tracer, const TriangleId& id) {
     return sum / (kGrid * kGrid) + 0.01 * untextured;
 }
 
+using Profiles = std::vector<LightProfile>;
+
 /// Returns the total power of a local light, or the irradiance of a directional one.
-double punctual_power(const PunctualLight& light) {
+double punctual_power(const PunctualLight& light, const Profiles& profiles) {
     const double strength = mean(dvec3(light.intensity));
+    if (light.profile != kNone)
+        return 4 * kPi * strength * mean_share(profiles[static_cast<std::size_t>(light.profile)]);
     switch (light.type) {
         case LightType::point:
             return 4 * kPi * strength;
@@ -50,8 +55,30 @@ double punctual_power(const PunctualLight& light) {
     return strength;
 }
 
+/// Returns the value of a function that is linear between ascending places, and 0 beyond them.
+double interpolated(const std::vector<float>& places, double at, const std::function<double(std::size_t)>& value) {
+    if (at < places.front() || at > places.back()) return 0;
+    const auto above = static_cast<std::size_t>(std::ranges::upper_bound(places, at) - places.begin());
+    if (above == places.size()) return value(above - 1);
+    const double weight = (at - places[above - 1]) / (double{places[above]} - places[above - 1]);
+    return (1 - weight) * value(above - 1) + weight * value(above);
+}
+
+/// Returns the share of the intensity that a lamp with a profile emits in a direction.
+double profile_share(const PunctualLight& light, const LightProfile& profile, const dvec3& leaving) {
+    const double v = std::acos(std::clamp(dot(leaving, normalize(dvec3(light.direction))), -1.0, 1.0));
+    double h = std::atan2(dot(leaving, dvec3(light.up)), dot(leaving, dvec3(light.right)));
+    if (h < 0) h += 2 * kPi;
+    const auto column = [&](std::size_t at) {
+        return interpolated(profile.vertical, v,
+                            [&](std::size_t row) { return profile.shares[at * profile.vertical.size() + row]; });
+    };
+    return profile.horizontal.size() == 1 ? column(0) : interpolated(profile.horizontal, h, column);
+}
+
 /// Returns the share of the intensity that leaves a light in a direction.
-double falloff(const PunctualLight& light, const dvec3& leaving) {
+double falloff(const PunctualLight& light, const Profiles& profiles, const dvec3& leaving) {
+    if (light.profile != kNone) return profile_share(light, profiles[static_cast<std::size_t>(light.profile)], leaving);
     if (light.type != LightType::spot) return 1;
     const double inner = std::cos(double(light.inner_cone)), outer = std::cos(double(light.outer_cone));
     const double cosine = dot(leaving, normalize(dvec3(light.direction)));
@@ -102,8 +129,8 @@ std::optional<double> distance_to_ball(const Cone& cone, double radius, const dv
 }
 
 /// Samples a light as a cone of directions.
-std::optional<LightSample> sample_cone(const PunctualLight& light, const Cone& cone, const Surface& surface,
-                                       Random& random) {
+std::optional<LightSample> sample_cone(const PunctualLight& light, const Profiles& profiles, const Cone& cone,
+                                       const Surface& surface, Random& random) {
     const double off = random.uniform() * cone.spread, turn = 2 * kPi * random.uniform();
     const double cosine = 1 - off, sine = std::sqrt(off * (2 - off));
     const dvec3 across =
@@ -111,17 +138,17 @@ std::optional<LightSample> sample_cone(const PunctualLight& light, const Cone& c
     LightSample s;
     s.wi = normalize(cosine * cone.axis + sine * (std::cos(turn) * across + std::sin(turn) * cross(cone.axis, across)));
     s.pdf = cone.pdf();
-    s.radiance = dvec3(light.intensity) * cone.radiance * falloff(light, -s.wi);
+    s.radiance = dvec3(light.intensity) * cone.radiance * falloff(light, profiles, -s.wi);
     s.infinite = light.type == LightType::directional;
     if (!s.infinite) s.end = surface.position + distance_to_ball(cone, light.radius, s.wi).value_or(0) * s.wi;
     return s;
 }
 
 /// Samples a punctual light; `origin` is Tracer::origin().
-std::optional<LightSample> sample_punctual(const PunctualLight& light, const dvec3& origin, const Surface& surface,
-                                           Random& random) {
+std::optional<LightSample> sample_punctual(const PunctualLight& light, const Profiles& profiles, const dvec3& origin,
+                                           const Surface& surface, Random& random) {
     if (const std::optional<Cone> cone = cone_of(light, origin, surface.position))
-        return sample_cone(light, *cone, surface, random);
+        return sample_cone(light, profiles, *cone, surface, random);
     LightSample s;
     s.pdf = 1;
     s.punctual = true;
@@ -136,7 +163,7 @@ std::optional<LightSample> sample_punctual(const PunctualLight& light, const dve
     const double distance2 = dot(to_light, to_light);
     if (!(distance2 > 0)) return std::nullopt;
     s.wi = to_light / std::sqrt(distance2);
-    s.radiance *= falloff(light, -s.wi) / distance2;
+    s.radiance *= falloff(light, profiles, -s.wi) / distance2;
     return s;
 }
 
@@ -148,7 +175,7 @@ Lights::Lights(const Tracer& tracer) : tracer_(tracer), environment_(tracer.scen
     add_emitters(powers);
     infinite.resize(powers.size(), false);
     for (const PunctualLight& light : tracer.scene().lights) {
-        powers.push_back(punctual_power(light));
+        powers.push_back(punctual_power(light, tracer.scene().light_profiles));
         infinite.push_back(light.type == LightType::directional);
     }
     powers.push_back(environment_.power());
@@ -191,7 +218,8 @@ std::optional<LightSample> Lights::sample(const Surface& surface, Random& random
     if (chosen < emitters_.size()) {
         sample = sample_triangle(emitters_[chosen], surface, random);
     } else if (chosen < emitters_.size() + punctual.size()) {
-        sample = sample_punctual(punctual[chosen - emitters_.size()], tracer_.origin(), surface, random);
+        sample = sample_punctual(punctual[chosen - emitters_.size()], tracer_.scene().light_profiles, tracer_.origin(),
+                                 surface, random);
     } else {
         sample.emplace();
         const double u1 = random.uniform(), u2 = random.uniform();
@@ -258,8 +286,9 @@ std::vector<MetLight> Lights::met(const dvec3& from, const dvec3& wi, double beg
             distance = std::numeric_limits<double>::infinity();
         if (!distance || *distance < begin || (*distance >= end && !(std::isinf(*distance) && std::isinf(end))))
             continue;
-        all.push_back({dvec3(punctual[i].intensity) * cone->radiance * falloff(punctual[i], -wi),
-                       table_.probability(emitters_.size() + i) * cone->pdf(), *distance});
+        all.push_back(
+            {dvec3(punctual[i].intensity) * cone->radiance * falloff(punctual[i], tracer_.scene().light_profiles, -wi),
+             table_.probability(emitters_.size() + i) * cone->pdf(), *distance});
     }
     return all;
 }

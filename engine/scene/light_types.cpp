@@ -46,6 +46,8 @@ constexpr std::array kFeatures = {
     LightFeature{"spot cones", &N::spot_lights, "SPOT_LIGHTS", "there is no spot light", &N::punctual_lights},
     LightFeature{"directional lights", &N::directional_lights, "DIRECTIONAL_LIGHTS", "there are none to choose from",
                  &N::punctual_lights},
+    LightFeature{"light profiles", &N::light_profiles, "LIGHT_PROFILES", "no lamp has one (IES files)",
+                 &N::punctual_lights},
     LightFeature{"sized lamps", &N::sized_lamps, "SIZED_LAMPS", "no point or spot has a radius", &N::punctual_lights},
     LightFeature{"sized suns", &N::sized_suns, "SIZED_SUNS", "no directional light has an angle"},
     LightFeature{"sun apart", &N::sun, "SUN",

@@ -46,7 +46,12 @@ JoinedScenes::JoinedScenes(std::string name, std::vector<std::unique_ptr<MeshSou
             instance.mesh += meshes;
             scene_.instances.push_back(std::move(instance));
         }
-        scene_.lights.insert(scene_.lights.end(), part.lights.begin(), part.lights.end());
+        for (PunctualLight light : part.lights) {
+            if (light.profile != kNone) light.profile += static_cast<int>(scene_.light_profiles.size());
+            scene_.lights.push_back(std::move(light));
+        }
+        scene_.light_profiles.insert(scene_.light_profiles.end(), part.light_profiles.begin(),
+                                     part.light_profiles.end());
         scene_.cameras.insert(scene_.cameras.end(), part.cameras.begin(), part.cameras.end());
         if (scene_.environment.black()) scene_.environment = part.environment;
         parts_.push_back({std::move(source), static_cast<std::size_t>(meshes), materials});

@@ -15,6 +15,7 @@
 #include "engine/core/lens.h"
 #include "engine/core/math.h"
 #include "engine/core/optics.h"
+#include "engine/scene/light_profile.h"
 #include "engine/scene/material.h"
 
 namespace halflight {
@@ -55,13 +56,16 @@ enum class LightType : std::uint8_t { point, spot, directional };
 struct PunctualLight {
     std::string name;
     LightType type = LightType::point;
-    vec3 intensity{1};                 // colour x intensity: cd (point, spot), lux (directional)
+    vec3 intensity{1};                 // colour x intensity: cd (with a profile the greatest one), lux (directional)
     dvec3 position{0};                 // world position
     vec3 direction{0, 0, -1};          // unit, direction of travel of the light (spot, directional)
     float inner_cone = 0;              // radians, 0 <= inner_cone < outer_cone
     float outer_cone = 0.7853981634f;  // radians, <= pi/2
     float radius = 0;                  // metres, of the ball that emits the light (point, spot); 0: a point
     float angle = 0;                   // radians, diameter of the disc in the sky (directional), < pi; 0: a direction
+    int profile = kNone;               // index into Scene::light_profiles (point); kNone: all directions alike
+    vec3 right{1, 0, 0};               // unit, orthogonal to direction: horizontal angle 0 of the profile
+    vec3 up{0, 1, 0};                  // unit, orthogonal to both: horizontal angle 90 degrees
     bool of_environment = false;       // sun of a generated sky, or default lamp: changes with the environment
     std::uint32_t light_group = kNoLightGroup;
 };
@@ -72,6 +76,7 @@ struct LightNeeds {
     bool punctual_lights = false;
     bool spot_lights = false;
     bool directional_lights = false;
+    bool light_profiles = false;   // some point has a profile
     bool sized_lamps = false;      // some point or spot has a radius
     bool sized_suns = false;       // some directional light has an angle
     bool sun = false;              // a directional light is sampled apart from the others
@@ -137,6 +142,7 @@ struct Scene {
     std::vector<Mesh> meshes;
     std::vector<Instance> instances;
     std::vector<PunctualLight> lights;
+    std::vector<LightProfile> light_profiles;
     std::vector<Camera> cameras;
     Environment environment;
     std::vector<std::string>

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "engine/core/error.h"
 #include "engine/scene/geometry.h"
@@ -121,7 +122,34 @@ void check(const Instance& instance, const Element& e, std::size_t meshes) {
     if (!is_affine(instance.object_to_world)) throw Error(e.at("object_to_world"), "not finite, or not affine");
 }
 
-void check(const PunctualLight& light, const Element& e) {
+void check(const LightProfile& profile, const Element& e) {
+    const auto ascends = [](const std::vector<float>& angles, float most) {
+        return angles.front() >= 0 && angles.back() <= most &&
+               std::ranges::adjacent_find(angles, std::greater_equal()) == angles.end();
+    };
+    const std::vector<float>&vertical = profile.vertical, &horizontal = profile.horizontal;
+    if (vertical.size() < 2 || !ascends(vertical, static_cast<float>(kPi)))
+        throw Error(e.at("vertical"), "not two or more ascending angles from 0 to pi");
+    const bool turns = !horizontal.empty() && horizontal.front() == 0 &&
+                       horizontal.back() == (horizontal.size() > 1 ? static_cast<float>(2 * kPi) : 0);
+    if (!turns || !ascends(horizontal, static_cast<float>(2 * kPi)))
+        throw Error(e.at("horizontal"), "neither 0 nor ascending angles from 0 to 2 pi");
+    if (profile.shares.size() != vertical.size() * horizontal.size())
+        throw Error(e.at("shares"), "{} values for {} x {} angles", profile.shares.size(), vertical.size(),
+                    horizontal.size());
+    if (!std::ranges::all_of(profile.shares, in_unit_range)) throw Error(e.at("shares"), "outside [0, 1]");
+}
+
+void check(const PunctualLight& light, const Element& e, std::size_t profiles) {
+    if (light.profile != kNone) {
+        if (light.profile < 0 || static_cast<std::size_t>(light.profile) >= profiles)
+            throw Error(e.at("profile"), "profile {} does not exist, there are {}", light.profile, profiles);
+        if (light.type != LightType::point) throw Error(e.at("profile"), "only points have one");
+        const dmat3 axes(light.right, light.up, light.direction);
+        for (int i = 0; i < 3; ++i)
+            if (!is_unit(axes[i]) || std::abs(glm::dot(axes[i], axes[(i + 1) % 3])) > kUnitTolerance)
+                throw Error(e.at("right"), "its axes are not orthonormal");
+    }
     if (!non_negative(light.intensity)) throw Error(e.at("intensity"), "negative or not finite");
     for (int axis = 0; axis < 3; ++axis) {
         if (!std::isfinite(light.position[axis])) throw Error(e.at("position"), "not finite");
@@ -179,7 +207,8 @@ void validate(const Scene& scene) {
     each("materials", scene.materials, scene.images.size());
     each("meshes", scene.meshes, scene.materials.size());
     each("instances", scene.instances, scene.meshes.size());
-    each("lights", scene.lights);
+    each("light_profiles", scene.light_profiles);
+    each("lights", scene.lights, scene.light_profiles.size());
     each("cameras", scene.cameras);
     check(scene.environment);
 }

@@ -31,6 +31,7 @@ class Builder {
         if (sun == SunChoice::apart) sun_ = strongest_sun();
         const double radius = 0.5 * glm::length(dvec3(trace.bounds.extent()));
         shadow_disk_ = kPi * (radius > 0 ? radius * radius : 1);
+        std::ranges::transform(scene.light_profiles, std::back_inserter(lit_), lit_cone);
     }
 
     LightTables build() {
@@ -49,12 +50,19 @@ class Builder {
         } else {
             tables_ = {};
             group_.clear();
+            profiled_.clear();
         }
         add_groups();
+        add_profiles();
         return std::move(tables_);
     }
 
   private:
+    struct ProfiledLight {
+        std::size_t light;  // its number
+        const PunctualLight* from;
+    };
+
     void add(const std::array<vec4, shared::kLightStride>& rows, double power, Kind kind, std::uint32_t group) {
         if (power_.size() >= (1u << 29)) throw Error(scene_.name, "2^29 lights or more");
         group_.push_back(group);
@@ -228,6 +236,10 @@ class Builder {
         const double intensity = luminance_of(dvec3(light.intensity));
         if (intensity == 0) return;
         const LightTypeRow& type = row_of(light.type);
+        const LitCone* lit = light.profile == kNone ? nullptr : &lit_[static_cast<std::size_t>(light.profile)];
+        if (lit && lit->share == 0) return;
+        if (lit) profiled_.push_back({power_.size(), &light});
+        tables_.needs.light_profiles |= lit != nullptr;
         if (type.need && &light != sun_) tables_.needs.*type.need = true;
         const Size size = size_of(light);
         tables_.needs.sized_lamps |= size == Size::ball;
@@ -244,18 +256,51 @@ class Builder {
             const dvec3 reach(light.radius);
             add_to_tree({.lower = at - reach,
                          .upper = at + reach,
-                         .axis = dvec3(light.direction),
-                         .theta_o = spot ? double(light.inner_cone) : kPi,
+                         .axis = (lit && lit->reversed ? -1.0 : 1.0) * dvec3(light.direction),
+                         .theta_o = spot  ? double(light.inner_cone)
+                                    : lit ? lit->angle
+                                          : kPi,
                          .theta_e = spot ? double(light.outer_cone) - double(light.inner_cone) : kPi / 2,
-                         .intensity = intensity});
+                         .intensity = lit ? intensity * lit->share : intensity});
         }
-        const double solid_angle =
+        double solid_angle =
             light.type == LightType::spot ? 2 * kPi * (1 - std::cos(double(light.outer_cone))) : 4 * kPi;
+        if (lit) solid_angle = 2 * kPi * (1 - std::cos(lit->angle)) * lit->share;
         add({vec4(vec3(light.position - trace_.origin), shared::float_of_word(type.kind)),
              vec4(light.direction, cos_outer), vec4(1 / cone, directional ? sine * sine : double(light.radius), 0, 0),
              vec4(light.intensity, 0)},
             intensity * (directional ? shadow_disk_ : solid_angle), directional ? kDirectional : kLocal,
             light.light_group);
+    }
+
+    /// Appends the profiles of lights, as light.h says.
+    void add_profiles() {
+        if (profiled_.empty()) return;
+        std::vector<vec4>& rows = tables_.rows;
+        const std::size_t lights = rows.size();
+        rows.resize(lights + shared::kLightProfileHeader * profiled_.size());
+        std::map<int, std::size_t> places;  // first texel of a profile
+        for (std::size_t i = 0; i < profiled_.size(); ++i) {
+            const auto& [light, from] = profiled_[i];
+            const auto [place, fresh] = places.emplace(from->profile, rows.size());
+            const std::size_t header = lights + i * shared::kLightProfileHeader;
+            rows[light * shared::kLightStride + 2].w = shared::float_of_word(static_cast<std::uint32_t>(header));
+            rows[header] = vec4(from->right, shared::float_of_word(static_cast<std::uint32_t>(place->second)));
+            rows[header + 1] = vec4(from->up, 0);
+            if (!fresh) continue;
+            const LightProfile& profile = scene_.light_profiles[static_cast<std::size_t>(from->profile)];
+            const auto count = [](const std::vector<float>& of) {
+                return shared::float_of_word(static_cast<std::uint32_t>(of.size()));
+            };
+            rows.emplace_back(count(profile.vertical), count(profile.horizontal), 0, 0);
+            for (const auto* numbers : {&profile.vertical, &profile.horizontal, &profile.shares})
+                for (std::size_t k = 0; k < numbers->size(); k += 4) {
+                    vec4& texel = rows.emplace_back(0);
+                    for (std::size_t c = 0; c < std::min<std::size_t>(4, numbers->size() - k); ++c)
+                        texel[static_cast<int>(c)] = (*numbers)[k + c];
+                }
+        }
+        rows.emplace_back(shared::float_of_word(static_cast<std::uint32_t>(lights)), 0, 0, -1);
     }
 
     /// Returns the strongest directional light, or null if there is none.
@@ -416,6 +461,8 @@ class Builder {
     std::map<int, LuminanceSums> sums_;      // sums of luminance by image
     std::uint32_t balls_ = 0;                // number of points and spots with a size
     std::uint32_t discs_ = 0;                // number of directional lights with a size, without sun_
+    std::vector<ProfiledLight> profiled_;    // lights with a profile
+    std::vector<LitCone> lit_;               // cone of each profile
     std::vector<double> power_;              // power per light
     std::vector<Kind> kind_;                 // kind per light
     std::vector<double> area_;               // area per triangle light, m^2

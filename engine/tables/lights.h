@@ -4,6 +4,7 @@
 //   emissive triangle  2 pi A L
 //   point              4 pi I
 //   spot               I times the solid angle of its cone
+//   with a profile     I times the integral of the profile over all directions
 //   directional        E pi R^2, R: radius of the scene
 //   environment        pi R^2 int L dw
 // The last two grow with the scene, although they may light only one room of it. So a quarter of the choices goes in
@@ -42,7 +43,7 @@ inline constexpr LightChoice kLightChoices[] = {LightChoice::automatic, LightCho
 const char* name(LightChoice choice);  ///< Returns "auto", "power", "tree", "uniform" or "all".
 
 struct LightTables {
-    // kUnitLights: triangles, punctual lights, the environment, the separate sun
+    // kUnitLights: triangles, punctual lights, the environment, the separate sun; then the profiles
     std::vector<vec4> rows;
     std::vector<vec2> alias;  // kUnitLightAlias: alias table over lights
     // kUnitLightOfTriangle: light by triangle. Paged scenes: emissive triangles by light, ascending. Empty if none

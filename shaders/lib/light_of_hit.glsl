@@ -2,10 +2,21 @@
 // Needs shaders/geometry_tables.glsl and shaders/scene_tables.glsl.
 #include "shaders/shared/light.h"
 #include "shaders/shared/ray_structs.h"
+#include "shaders/shared/word.h"
 
 const bool kAreaLights = HALFLIGHT_AREA_LIGHTS != 0;
 const bool kSortedEmitters = HALFLIGHT_SORTED_EMITTERS != 0;
 const uint kLightGroups = uint(HALFLIGHT_LIGHT_GROUPS);  // 0: light is not told apart by group
+
+const bool kLightProfiles = HALFLIGHT_LIGHT_PROFILES != 0;
+
+// Returns the number of texels of the rows of lights. Profiles follow them.
+int light_texels() {
+    int texels = textureSize(scene_lights);
+    if (!kLightProfiles) return texels;
+    vec4 last = texelFetch(scene_lights, texels - 1);
+    return last.w < 0.0 ? int(word_of_float(last.x)) : texels;
+}
 
 // Returns the rank of a triangle among the lights of its block, or kNoLight.
 uint light_rank(uint triangle) {
@@ -31,7 +42,7 @@ uint light_of_hit(Hit hit) {
 uint light_group_entry(int entry) { return min(texelFetch(light_groups, entry).x, kLightGroups - 1u); }
 uint group_of_light(uint light) { return light_group_entry(2 + int(light)); }
 // Returns the group of the sun that is sampled apart. It has the last row.
-uint sun_group() { return group_of_light(uint(textureSize(scene_lights) / kLightStride) - 1u); }
+uint sun_group() { return group_of_light(uint(light_texels() / kLightStride) - 1u); }
 
 // Returns the group of the light that a ray meets. is_hit: it meets a surface, else the environment.
 uint group_of_met(Hit hit, bool is_hit) {

@@ -3,6 +3,7 @@
 #include "shaders/lib/alpha.glsl"
 #include "shaders/lib/environment.glsl"
 #include "shaders/lib/light_of_hit.glsl"
+#include "shaders/lib/light_profile.glsl"
 #include "shaders/lib/light_tree_traversal.glsl"
 #include "shaders/lib/offset.glsl"
 #include "shaders/lib/onb.glsl"
@@ -34,11 +35,11 @@ const bool kLightChoice = HALFLIGHT_LIGHT_CHOICE != 0;  // the selection has mor
 Receiver receiver_at(vec3 position, vec3 normal) { return Receiver(position, 0.0, normal, 0.0); }
 
 // Returns the number of lights of the selection.
-uint light_count() { return uint(textureSize(scene_lights) / kLightStride) - kSuns; }
+uint light_count() { return uint(light_texels() / kLightStride) - kSuns; }
 
 // Samples the separate sun, which has the last row, by a point of the unit square if it has a size.
 LightSample sample_sun(vec3 position, vec2 xi) {
-    int row = textureSize(scene_lights) - kLightStride;
+    int row = light_texels() - kLightStride;
     LightSample s;
     s.direction = -texelFetch(scene_lights, row + 1).xyz;
     s.pdf = 0.0;
@@ -111,6 +112,14 @@ float spot_falloff(int row, vec3 leaving) {
     return cone * cone;
 }
 
+// Returns the share of the intensity of a punctual light that leaves in a direction.
+float angular_falloff(int row, uint kind, vec3 leaving) {
+    float share = 1.0;
+    if (kSpotLights) share = kind == kLightSpot ? spot_falloff(row, leaving) : 1.0;
+    if (kLightProfiles) share *= profile_share(row, leaving);
+    return share;
+}
+
 void sample_punctual_light(vec3 position, int row, uint kind, vec4 head, vec4 last, vec2 xi, inout LightSample s) {
     vec3 travel = texelFetch(scene_lights, row + 1).xyz;
     vec3 to_light = head.xyz - position;
@@ -130,7 +139,7 @@ void sample_punctual_light(vec3 position, int row, uint kind, vec4 head, vec4 la
             s.pdf = last.w * density_of(light);
         }
     }
-    if (kSpotLights) falloff *= kind == kLightSpot ? spot_falloff(row, -s.direction) : 1.0;
+    if (kSpotLights || kLightProfiles) falloff *= angular_falloff(row, kind, -s.direction);
     s.weight = last.rgb * (isinf(falloff) ? 0.0 : falloff / last.w);
     s.at_infinity = directional;
 }

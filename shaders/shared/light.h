@@ -5,7 +5,7 @@
 //   texel 0    corner 0, head                  position, head                    -, head
 //   texel 1    edge to corner 1, triangle      direction of travel, cos(outer)   -
 //   texel 2    edge to corner 2, error bound   1 / (cos(inner) - cos(outer)),    -
-//                                              size, number
+//                                              size, number, profile
 //   texel 3    emission, density per area      intensity, probability            -, probability
 // The size is the radius of a point or spot, and the squared sine of half the angle of a directional light. Lights with
 // a size come last among those of the second column. The number is that of such lights, without those that the light
@@ -16,6 +16,13 @@
 // head's low bits are the kind; the higher bits are the light's trail in the light tree (light_tree_rows.h), if there
 // is one. Probability and density are then those of the alias table alone, which makes the selections that the tree
 // does not.
+//
+// The profile of a point (HALFLIGHT_LIGHT_PROFILES) is the index of the first texel of its header behind all rows; 0: it
+// has none. The very last texel behind profiles has the number of texels of rows in x, and -1, which is no probability,
+// in w.
+//   header         right, first texel of the table; up, -
+//   table          texel 0: numbers of vertical angles v and horizontal angles h; then lists of v, h and v x h numbers
+//                  (angles in radians, shares of the intensity), each from a new texel on, four numbers per texel
 //
 // The last row is a directional light outside the selection with HALFLIGHT_SUN. Its probability is 1, and it has no
 // entry in the alias table.
@@ -33,6 +40,8 @@
 HALFLIGHT_SHARED_BEGIN
 
 HALFLIGHT_SHARED_CONST int kLightStride = 4;
+
+HALFLIGHT_SHARED_CONST int kLightProfileHeader = 2;  // texels
 
 HALFLIGHT_SHARED_CONST uint kLightTriangle = 0u;
 HALFLIGHT_SHARED_CONST uint kLightPoint = 1u;

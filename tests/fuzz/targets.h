@@ -19,6 +19,7 @@ void meshopt(std::string_view input);  ///< Mode, filter and stride, a byte each
 void environment(std::string_view input);  ///< Loads an OpenEXR or Radiance file.
 void color(std::string_view input);        ///< Loads lines with display, view, look and colour space, then a config.
 void arguments(std::string_view input);    ///< Parses a line with a list of frames, then the words of a command line.
+void ies(std::string_view input);          ///< Reads a light profile.
 void ktx2(std::string_view input);         ///< Decodes a KTX2 image.
 void etc1s(std::string_view input);        ///< Decodes a KTX2 image as one in ETC1S.
 void uastc(std::string_view input);        ///< Decodes a KTX2 image as one in UASTC.

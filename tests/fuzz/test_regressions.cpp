@@ -30,6 +30,7 @@ TEST(FuzzRegressions, SeedsAndTheirDamagedCopiesKeepTheGuarantees) {
                               {"edits", edits, {"edits", "settings"}},
                               {"environment", environment, {"environment"}},
                               {"gltf", gltf, {"gltf"}, 200},
+                              {"ies", ies, {"ies"}, 1000},
                               {"meshopt", meshopt, {"meshopt"}, 200},
                               {"ktx2", ktx2, {"ktx2"}, 1000},
                               {"etc1s", etc1s, {"etc1s", "ktx2"}, 1000},

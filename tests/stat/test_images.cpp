@@ -11,11 +11,13 @@
 
 #include "engine/core/statistics.h"
 #include "engine/io/gltf/gltf.h"
+#include "engine/io/ies.h"
 #include "engine/reference/reference.h"
 #include "tests/pass/rays/batches.h"
 #include "tests/pass/renders.h"
 #include "tests/pass/scenes.h"
 #include "tests/support/gpu_test.h"
+#include "tests/support/ies_files.h"
 #include "tests/support/image_tests.h"
 
 namespace halflight::test {
@@ -155,6 +157,28 @@ TEST_F(ImageTest, StillLife) {
 
 TEST_F(ImageTest, Room) {
     expect_agreement(load("room"), {.name = "room"});
+}
+
+/// Three lamps with profiles light a box with a glossy block from within, one of them with a size.
+TEST_F(ImageTest, LightProfiles) {
+    Scene scene = cornell_box(metal_material({0.9f, 0.8f, 0.6f}, 0.3f));
+    for (Material& material : scene.materials) material.emission = vec3(0);
+    for (const IesFile& file : {downlight(), street_lamp(), washer()})
+        scene.light_profiles.push_back(read_ies("test.ies", file.text()));
+    const auto add = [&](int profile, const dvec3& at, const dvec3& turn, float intensity) {
+        PunctualLight& lamp = scene.lights.emplace_back();
+        lamp.profile = profile;
+        lamp.position = at;
+        lamp.intensity = intensity * vec3(1, 0.8f, 0.6f);
+        const dvec3 z = glm::normalize(turn), x = glm::normalize(glm::cross(dvec3(0.3, 1, 0.2), z));
+        lamp.direction = vec3(-z);
+        set_profile_axes(lamp, dmat3(x, glm::cross(z, x), z));
+    };
+    add(0, {0.3, 0.7, 0.2}, {0.1, 1, 0}, 1);
+    add(1, {-0.5, 0.4, 0.3}, {0.5, 0.6, 0.4}, 0.6f);
+    add(2, {0.1, 0.1, 0.6}, {-0.3, -0.4, 0.8}, 0.8f);
+    scene.lights.back().radius = 0.1f;
+    expect_agreement(scene, {.name = "light-profiles", .samples = 64, .bounces = 4});
 }
 
 TEST_F(ImageTest, Textures) {

@@ -5,8 +5,10 @@
 #include <functional>
 
 #include "engine/core/statistics.h"
+#include "engine/io/ies.h"
 #include "engine/reference/environment.h"
 #include "engine/reference/random.h"
+#include "tests/support/ies_files.h"
 #include "tests/support/image_tests.h"
 #include "tests/support/reference_renders.h"
 #include "tests/support/scenes.h"
@@ -87,6 +89,32 @@ TEST(ReferenceLights, PointSpotAndDirectionalAreExact) {
     scene.lights[0].direction = normalize(vec3(-1, -2, 1));
     expect_radiance(render_oracle(scene, at_origin(), 4, 4, 1), kAlbedo / kPi * 10 * cosine);
     EXPECT_EQ(mean_radiance(render_oracle(scene, at_origin(), 4, 4, 0)).value, 0);  // 0 bounces render emission only
+}
+
+TEST(ReferenceLights, ProfilesHaveTheirTables) {
+    for (const IesFile& file : {downlight(), street_lamp(), washer()}) {
+        Scene scene = floor_scene();
+        scene.light_profiles = {read_ies("test.ies", file.text())};
+        PunctualLight& light = scene.lights.emplace_back();
+        light.profile = 0;
+        light.intensity = vec3(scene.light_profiles[0].candela);
+        // The floor's origin lies at the second vertical and the third horizontal angle of the table, if it has one.
+        const double v = glm::radians(file.vertical[1]);
+        const double angle = file.horizontal.size() > 2 ? file.horizontal[2] : 0, h = glm::radians(angle);
+        light.position = {0.5, 2, 0};
+        const dvec3 down = glm::normalize(-light.position), side = glm::normalize(glm::cross(down, dvec3(0, 0, 1)));
+        light.direction = vec3(std::cos(v) * down - std::sin(v) * side);
+        const dvec3 across = std::cos(v) * side + std::sin(v) * down;  // where the origin lies from the direction
+        const dvec3 third = glm::cross(-dvec3(light.direction), across);
+        light.right = vec3(std::cos(h) * across - std::sin(h) * third);
+        light.up = vec3(std::sin(h) * across + std::cos(h) * third);
+        const double factor = file.multiplier * file.ballast * (file.first_line == "IESNA91" ? file.lamp : 1);
+        const double candela = factor * file.candela(file.vertical[1], angle);
+        expect_radiance(render_oracle(scene, at_origin(), 4, 4, 1), kAlbedo / kPi * candela * -down.y / 4.25);
+        scene.lights[0].radius = 0.01f;
+        const MeanRadiance ball = mean_radiance(render_oracle(scene, at_origin(), 16, 64, 1));
+        EXPECT_NEAR(ball.value, kAlbedo / kPi * candela * -down.y / 4.25, 0.02 * ball.value) << file.first_line;
+    }
 }
 
 TEST(ReferenceLights, ShadowsOfPunctualLightsAreHard) {

@@ -5,8 +5,10 @@
 #include <limits>
 
 #include "engine/io/environment.h"
+#include "engine/io/ies.h"
 #include "tests/stiff/stiff.h"
 #include "tests/support/error_message.h"
+#include "tests/support/ies_files.h"
 
 namespace halflight::test {
 namespace {
@@ -473,6 +475,38 @@ TEST_F(Light, SizesOfLampsChangeNoIrradiance) {
             static_cast<float>(angle);
         expect_spot(fmt::format("sun of {:.3g} rad", angle), scene, dvec3(0), 0.1, 1);
     }
+}
+
+TEST_F(Light, ProfilesOfAllIntensitiesAndDistances) {
+    IesFile beam{.vertical = {0, 10, 10.01, 180}, .horizontal = {0}};
+    for (const double height : {1e-3, 1.0, 1e4})
+        for (const double candela : {1e-9, 1.0, 1e9}) {
+            Scene scene = floor();
+            beam.candela = [&](double v, double) { return v > 10 ? 0 : candela; };
+            scene.light_profiles = {read_ies("beam.ies", beam.text())};
+            PunctualLight& lamp = scene.lights[static_cast<std::size_t>(
+                add_lamp(scene, LightType::point, {0, height, 0}, scene.light_profiles[0].candela))];
+            lamp.profile = 0;
+            set_profile_axes(lamp, dmat3(1));
+            const std::string name = fmt::format("beam of {:.0e} cd, {} m above", candela, height);
+            const double reach = std::min(height, 1.0);
+            expect_spot(name, scene, dvec3(0), 0.01 * reach, candela / (height * height));
+            if (height > 1) continue;  // the beam is wider than the floor
+            const Camera beside =
+                spot_camera({height * std::tan(glm::radians(11.0)), 0, 0}, {0.3, 0.5, 0.6}, 0.01 * reach);
+            expect(name + ": beside it", brightest(rgb(picture(scene, beside, 16, 16, 1).beauty)), 0, "radiance",
+                   "exact: the table is 0 there");
+        }
+    IesFile fine{.vertical = degrees(0, 180, 0.5), .horizontal = degrees(0, 360, 0.5)};
+    fine.candela = [](double v, double h) { return 2 + std::cos(glm::radians(v)) * std::cos(glm::radians(h)); };
+    Scene scene = floor();
+    scene.light_profiles = {read_ies("fine.ies", fine.text())};
+    PunctualLight& lamp = scene.lights[static_cast<std::size_t>(
+        add_lamp(scene, LightType::point, {0.5, 1, 0}, scene.light_profiles[0].candela))];
+    lamp.profile = 0;
+    set_profile_axes(lamp, dmat3(1));
+    const double v = std::atan(0.5), distance2 = 1.25;  // the spot lies on the side of 180 degrees
+    expect_spot("table of 260281 directions", scene, dvec3(0), 0.01, (2 - std::cos(v)) * std::cos(v) / distance2);
 }
 
 TEST_F(Light, ManyLampsWithASize) {

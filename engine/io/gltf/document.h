@@ -90,6 +90,7 @@ struct GltfDocument {
     std::vector<double> visible;                         // KHR_node_visibility of each node; 0: hidden
     std::set<int> switched;                              // nodes whose visibility some animation drives
     bool restarts = false;                               // the largest index restarts a strip, fan, or line
+    std::vector<LightProfile> light_profiles;            // profiles of EXT_lights_ies
     std::vector<LightSize> light_sizes;                  // size of each light, from its extras
     std::vector<Lens> lenses;                            // lens of each camera, from its extras
     nlohmann::json materials = nlohmann::json::array();  // materials of the file, checked

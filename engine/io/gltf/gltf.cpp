@@ -156,6 +156,7 @@ Scene convert(GltfDocument& document, const std::filesystem::path& path, GltfPos
     if (default_material || kept.still_in_pages) scene.materials.emplace_back().name = "default";
     scene.cameras = convert_cameras(document, nodes);
     scene.lights = convert_lights(document, nodes);
+    scene.light_profiles = document.light_profiles;
     scene.environment = convert_environment(document);
     warn_of_left_out(scene.report, document.warnings);
     write_warnings(document, document.warnings, scene.report);
@@ -287,7 +288,7 @@ struct GltfScene::State {
             if (visited[index]) continue;
             visited[index] = true;
             const tinygltf::Node& n = nodes[index];
-            if (carries[index] || n.mesh != kNone || find_extension(n.extensions, "KHR_lights_punctual")) return true;
+            if (carries[index] || n.mesh != kNone || is_light(n)) return true;
             todo.insert(todo.end(), n.children.begin(), n.children.end());
         }
         return false;
@@ -499,6 +500,7 @@ struct GltfMeshSource::State {
         document.warnings.add(material_set.warnings);
         scene.cameras = convert_cameras(document, nodes);
         scene.lights = convert_lights(document, nodes);
+        scene.light_profiles = document.light_profiles;
         scene.environment = convert_environment(document);
         check(scene, path);
         report();

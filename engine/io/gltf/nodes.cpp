@@ -8,6 +8,7 @@
 #include <limits>
 #include <set>
 
+#include "engine/io/gltf/light_profiles.h"
 #include "engine/scene/deformer.h"
 #include "engine/scene/light_types.h"
 
@@ -127,7 +128,7 @@ float to_light(double value) {
     return static_cast<float>(std::clamp(value, 0.0, double(std::numeric_limits<float>::max())));
 }
 
-/// Returns the extension by which a node is a light; null if it is none.
+/// Returns the reference of a node to a light of KHR_lights_punctual; null if it has none.
 const tinygltf::Value* find_light(const tinygltf::Node& node) {
     return find_extension(node.extensions, "KHR_lights_punctual");
 }
@@ -220,6 +221,10 @@ Camera convert_camera(GltfDocument& document, std::size_t index) {
 
 }  // namespace
 
+bool is_light(const tinygltf::Node& node) {
+    return find_light(node) || find_profile_light(node);
+}
+
 bool within_float_range(const dmat4& m) {
     for (int i = 0; i < 16; ++i) {
         if (!(std::abs(m[i / 4][i % 4]) <= double(std::numeric_limits<float>::max()))) return false;
@@ -307,16 +312,23 @@ std::vector<PunctualLight> convert_lights(GltfDocument& document, const GltfNode
     for (const int node : nodes.shown) {
         const auto n = static_cast<std::size_t>(node);
         const tinygltf::Node& from = document.model.nodes[n];
-        const tinygltf::Value* extension = find_light(from);
-        if (!extension) continue;
-        const auto index = static_cast<std::size_t>(extension->Get("light").GetNumberAsInt());
-        PunctualLight light = convert_light(document, index);
+        if (!is_light(from)) continue;
+        const tinygltf::Value *profile = find_profile_light(from), *plain = find_light(from);
+        const auto index = plain ? static_cast<std::size_t>(plain->Get("light").GetNumberAsInt()) : 0;
+        PunctualLight light = profile ? convert_profile_light(document, *profile, n) : convert_light(document, index);
+        if (profile && plain)
+            document.warnings.add("is a light twice; that of EXT_lights_ies is used, not that of KHR_lights_punctual",
+                                  name(n));
         if (nodes.hidden[n]) light.intensity = vec3(0);
         light.position = nodes.world[n][3];
-        dvec3 direction = -glm::normalize(dvec3(nodes.world[n][2]));
-        if (glm::any(glm::isnan(direction))) direction = -glm::normalize(directions_of(document, nodes, n)[2]);
+        dmat3 frame(nodes.world[n]);
+        if (glm::any(glm::isnan(glm::normalize(frame[2])))) frame = directions_of(document, nodes, n);
+        const dvec3 direction = -glm::normalize(frame[2]);
         if (!glm::any(glm::isnan(direction))) light.direction = vec3(direction);
-        light.name = !from.name.empty() ? from.name : document.model.lights[index].name;
+        set_profile_axes(light, frame);
+        light.name = !from.name.empty() ? from.name
+                     : profile          ? document.light_profiles[static_cast<std::size_t>(light.profile)].name
+                                        : document.model.lights[index].name;
         lights.push_back(std::move(light));
     }
     return lights;
@@ -328,9 +340,8 @@ SceneTree convert_tree(const GltfDocument& document, const GltfNodes& nodes) {
     for (std::size_t i = 0; i < document.model.nodes.size(); ++i)
         tree.nodes.push_back({document.model.nodes[i].name, nodes.parents[i], false, nodes.world[i]});
     for (const int node : nodes.all) tree.nodes[static_cast<std::size_t>(node)].in_scene = true;
-    std::ranges::copy_if(nodes.shown, std::back_inserter(tree.light_nodes), [&](int node) {
-        return find_light(document.model.nodes[static_cast<std::size_t>(node)]) != nullptr;
-    });
+    std::ranges::copy_if(nodes.shown, std::back_inserter(tree.light_nodes),
+                         [&](int node) { return is_light(document.model.nodes[static_cast<std::size_t>(node)]); });
     return tree;
 }
 

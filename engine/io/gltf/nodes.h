@@ -24,6 +24,9 @@ struct GltfNodes {
 /// float32's range.
 GltfNodes resolve_nodes(GltfDocument& document);
 
+/// Returns whether a node is a lamp, by KHR_lights_punctual or EXT_lights_ies.
+bool is_light(const tinygltf::Node& node);
+
 /// Returns whether float32 can represent all elements; false for NaN.
 bool within_float_range(const dmat4& m);
 

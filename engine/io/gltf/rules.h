@@ -37,6 +37,9 @@ struct GltfRule {
     bool dropped = false;  // whether a fault removes the object, or the element of its array, with a warning
 };
 
+/// Name of the list of profiles of EXT_lights_ies. Its key, "lights", is that of another list.
+inline constexpr const char* kLightProfileList = "light profiles";
+
 /// Rules of an object, by its type.
 using GltfRules = std::map<std::string, std::vector<GltfRule>, std::less<>>;
 /// Returns the rules of all types (glTF 2.0, section 5, and the extensions' schemas). The rules of materials come from

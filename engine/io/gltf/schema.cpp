@@ -32,6 +32,7 @@ class Checker {
             if (value.is_array()) list_sizes_[key] = value.size();
         }
         for (const auto& [list, place] : {std::pair("lights", "/extensions/KHR_lights_punctual/lights"),
+                                          std::pair(kLightProfileList, "/extensions/EXT_lights_ies/lights"),
                                           std::pair("variants", "/extensions/KHR_materials_variants/variants")}) {
             const Json::json_pointer pointer(place);
             if (root.contains(pointer) && root[pointer].is_array()) list_sizes_[list] = root[pointer].size();

@@ -27,7 +27,7 @@ std::map<std::string, std::vector<GltfRule>, std::less<>> find_links() {
 /// Returns the type of the objects of each list.
 const std::map<std::string, std::string, std::less<>>& types() {
     static const std::map<std::string, std::string, std::less<>> types = [] {
-        std::map<std::string, std::string, std::less<>> all{{"lights", "light"}};
+        std::map<std::string, std::string, std::less<>> all{{"lights", "light"}, {kLightProfileList, "light profile"}};
         for (const GltfRule& rule : gltf_rules().at("root"))
             if (rule.kind == GltfKind::objects) all[rule.key] = rule.of;
         return all;
@@ -40,9 +40,10 @@ class Walk {
   public:
     explicit Walk(const Json& root) {
         for (const auto& [list, type] : types()) {
-            const Json::json_pointer place = type == "light"
-                                                 ? Json::json_pointer("/extensions/KHR_lights_punctual/lights")
-                                                 : Json::json_pointer() / list;
+            const Json::json_pointer place =
+                type == "light"           ? Json::json_pointer("/extensions/KHR_lights_punctual/lights")
+                : type == "light profile" ? Json::json_pointer("/extensions/EXT_lights_ies/lights")
+                                          : Json::json_pointer() / list;
             if (!root.contains(place)) continue;
             lists_[list] = &root.at(place);
             uses_[list].resize(root.at(place).size());

@@ -8,9 +8,11 @@
 #include <string>
 
 #include "engine/io/gltf/gltf.h"
+#include "engine/io/ies.h"
 #include "tests/pass/renders.h"
 #include "tests/pass/scenes.h"
 #include "tests/support/gpu_test.h"
+#include "tests/support/ies_files.h"
 
 namespace halflight::test {
 namespace {
@@ -139,6 +141,9 @@ TEST_F(LeftOutTest, ChangesNothingOfOneLamp) {
     lamp.intensity = vec3(3);
     scene.cameras = {camera_in_box()};
     check(scene, small_settings(scene.cameras.front(), 64, 64, 4, 4));
+    scene.light_profiles = {read_ies("test.ies", washer().text())};
+    scene.lights[0].profile = 0;
+    check(scene, small_settings(scene.cameras.front(), 32, 32, 4, 4));
 }
 
 TEST_F(LeftOutTest, ChangesNothingOfManyAndFewLights) {

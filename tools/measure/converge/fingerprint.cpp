@@ -27,6 +27,10 @@ class SceneHash {
         list(scene.lights, [&](const PunctualLight& l) {
             number(l.type), vector(l.intensity), vector(l.position), vector(l.direction);
             for (const LightProperty& p : light_properties()) number(l.*p.field);
+            if (l.profile == kNone) return;
+            const LightProfile& profile = scene.light_profiles[static_cast<std::size_t>(l.profile)];
+            vector(l.right), vector(l.up);
+            plain(profile.vertical), plain(profile.horizontal), plain(profile.shares);
         });
         vector(scene.environment.color);
         number(scene.environment.map.width), number(scene.environment.map.height);

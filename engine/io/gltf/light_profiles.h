@@ -1,0 +1,19 @@
+// EXT_lights_ies: lamps with profiles.
+#pragma once
+
+#include "engine/io/gltf/nodes.h"
+
+namespace halflight {
+
+/// Reads the profiles of a list of the file, checked, that nodes use into GltfDocument::light_profiles. Others are
+/// dark. Throws Error about a profile that cannot be read.
+void read_light_profiles(const nlohmann::json& list, GltfDocument& document);
+
+/// Returns the reference of a node to a profile; null if it has none.
+const tinygltf::Value* find_profile_light(const tinygltf::Node& node);
+
+/// Returns the lamp of a node's reference, without position and axes. Its greatest intensity is that of the profile
+/// times `multiplier` and `color`.
+PunctualLight convert_profile_light(GltfDocument& document, const tinygltf::Value& reference, std::size_t node);
+
+}  // namespace halflight
