@@ -267,6 +267,15 @@ TEST_F(Sequence, FramesOfOtherSettingsAreAnError) {
     EXPECT_EQ(run("out", "6").status, 1);
 }
 
+TEST_F(Sequence, ViewsForHdrDisplaysNeedPngs) {
+    fs::create_directory(folder / "out");
+    const Strings hdr = words("--display rec.2100-pq --view un-tone-mapped --quiet");
+    for (const char* name : {"out/f.####.jpg", "out/f.####.tif"})
+        refused(1, words(command("out", "1", hdr), "-o", folder / name), "is for an HDR display; .png and movies can");
+    EXPECT_FALSE(fs::exists(file("out", 1))) << "nothing was rendered";
+    make("out", "1", words(hdr, "-o", folder / "out/f.####.png"));
+}
+
 /// Returns the bytes of a file with other digits after "sources=".
 std::string of_other_sources(std::string bytes, const std::string& digits) {
     const std::size_t at = bytes.find("sources=");
