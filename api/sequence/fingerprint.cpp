@@ -94,7 +94,15 @@ void add_environment(Fingerprint& print, const LoadedScene& scene) {
     if (const auto* sky = std::get_if<ClearSky>(&a.environment)) print.text("sky").text(text(*sky));
 }
 
-void add_edits(Fingerprint& print, const SceneEdits& edits) {
+/// Adds what a profile has read from its file, which may have changed since.
+void add_profile(Fingerprint& print, const LightProfile& profile) {
+    print.values("profile {}", profile.candela);
+    for (const auto* numbers : {&profile.vertical, &profile.horizontal, &profile.shares})
+        print.text({reinterpret_cast<const char*>(numbers->data()), numbers->size() * sizeof(float)});
+}
+
+void add_edits(Fingerprint& print, const LoadedScene& scene) {
+    const SceneEdits& edits = scene.edits();
     if (edits == SceneEdits()) return;
     print.text("edits").values("{} {} {} {}", edits.environment_rotation, edits.environment_intensity, edits.emission,
                                edits.clay);
@@ -105,7 +113,13 @@ void add_edits(Fingerprint& print, const SceneEdits& edits) {
         print.values("instance {}", index);
         for (int column = 0; column < 4; ++column) print.text(point_text(dvec3(transform[column])));
     }
-    for (const auto& [name, edit, source] : edits.lights) print.text("named light").text(name).text(text(edit));
+    for (const auto& [name, edit, source] : edits.lights) {
+        LightEdit plain = edit;
+        plain.ies.clear();  // a file may have another name elsewhere
+        print.text("named light").text(name).text(text(plain));
+        if (!edit.ies.empty())
+            if (const LightProfile* profile = profile_of_file(scene.scene(), edit.ies)) add_profile(print, *profile);
+    }
     for (const auto& [name, edit, source] : edits.materials)
         for (const auto& [property, values] : edit)
             print.text("named material").text(name).text(property).text(property_text(values));
@@ -171,7 +185,7 @@ void add_sums(Fingerprint& print, const LoadedScene& scene, const RenderSettings
     if (scene.choice().line_width > 0) print.values("line width {}", scene.choice().line_width);
     add_camera(print, scene.camera_choice(), scene.chosen_camera());
     add_environment(print, scene);
-    add_edits(print, scene.edits());
+    add_edits(print, scene);
     add_settings(print, settings, [](const Setting& s) { return !is_late(s); });
     print.values("halves {}", has_halves(settings));  // a pilot may choose other techniques for them
 }
