@@ -119,8 +119,8 @@ class SceneFile {
     Scene at(double seconds);
     /// Returns the scene at a time, with images that the caller has already from an earlier scene of this file.
     Scene at(double seconds, std::vector<TextureImage> images);
-    /// Poses `scene`, which has the images of this file, at another time. Environment and bounds of pages stay. Throws
-    /// Error for an invalid pose, and then leaves the scene unchanged.
+    /// Poses `scene`, which has the images of this file, at another time. Environment, light profiles and bounds of
+    /// pages stay. Throws Error for an invalid pose, and then leaves the scene unchanged.
     void pose(Scene& scene, double seconds);
     std::vector<Camera> cameras_at(double seconds) { return file_.cameras_at(seconds, playing_); }
     std::vector<float> camera_cuts(std::size_t camera) { return file_.camera_cuts(camera, playing_); }

@@ -39,6 +39,9 @@ struct LightEdit {
     std::optional<float> temperature{};
     std::optional<float> radius{};  // metres, kEditRadius: the ball that emits the light; not for directional lights
     std::optional<float> angle{};   // degrees, kEditAngle: diameter of the disc in the sky, of directional lights alone
+    // File of a light profile (IES LM-63), in place of the own distribution (empty); not for directional lights. The
+    // intensity becomes the greatest of the file unless `intensity` is given; the colour stays.
+    std::string ies{};
     bool off = false;
     bool operator==(const LightEdit&) const = default;
 };
@@ -124,6 +127,9 @@ struct LightColor {
 };
 LightColor color_of(const PunctualLight& light);
 
+/// Returns the profile that LightEdit::ies names; null if no edit has added it.
+const LightProfile* profile_of_file(const Scene& scene, const std::string& path);
+
 /// Returns v scaled to length 1; none if v is zero or not finite.
 std::optional<dvec3> unit_direction(const dvec3& v);
 
@@ -136,8 +142,9 @@ SceneEdits surface_edits(const SceneEdits& edits);
 SceneTree tree_of(const Scene& scene);
 
 /// Checks whether edits suit a scene. Throws Error for unknown and ambiguous names, unknown indices and properties,
-/// values outside their ranges, directions that are not unit, and transforms that are not affine. The error names
-/// `source` (the file of the edits; empty: none), the scene, and the light, material, node or instance.
+/// values outside their ranges, light profiles that cannot be read, directions that are not unit, and transforms that
+/// are not affine. The error names `source` (the file of the edits; empty: none), the scene, and the light, material,
+/// node or instance.
 void check_edits(const SceneEdits& edits, const Scene& scene, const SceneTree& tree, const std::string& source = {});
 /// Checks edits of a scene without a file.
 void check_edits(const SceneEdits& edits, const Scene& scene, const std::string& source = {});

@@ -203,11 +203,13 @@ py::dict material(const PyScene& s, std::size_t index) {
     return values;
 }
 
-py::dict light(const PunctualLight& l) {
+py::dict light(const Scene& scene, const PunctualLight& l) {
+    const bool plain = l.profile == kNone;
+    const std::string profile = plain ? "" : scene.light_profiles[static_cast<std::size_t>(l.profile)].name;
     return py::dict(py::arg("name") = l.name, py::arg("type") = row_of(l.type).name,
                     py::arg("intensity") = triple(l.intensity), py::arg("position") = triple(l.position),
                     py::arg("direction") = triple(l.direction), py::arg("radius") = l.radius,
-                    py::arg("angle") = glm::degrees(l.angle));
+                    py::arg("angle") = glm::degrees(l.angle), py::arg("profile") = profile);
 }
 
 /// Returns the transform of an instance with its edits; its own one if it is hidden.
@@ -275,7 +277,8 @@ void bind_scene(py::module_& module) {
         .def_property_readonly("lights",
                                [](const PyScene& s) {
                                    py::list all;
-                                   for (const PunctualLight& l : s.readable().scene().lights) all.append(light(l));
+                                   const Scene& scene = s.readable().scene();
+                                   for (const PunctualLight& l : scene.lights) all.append(light(scene, l));
                                    return all;
                                })
         .def_property_readonly("bounds",

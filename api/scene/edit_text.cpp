@@ -121,6 +121,12 @@ constexpr std::array kLightKeys = {
     EditKey<L>{"angle", "X", "diameter of a directional light in the sky, degrees: 0.53 is the sun",
                [](L& e, const std::string& s, const std::string& t) { e.angle = number<float>(s, t, kEditAngle); },
                [](const L& e) { return e.angle ? fmt::format("{}", *e.angle) : ""; }},
+    EditKey<L>{"ies", "FILE", "light profile of a point or spot, an IES LM-63 file: intensity by direction, candela",
+               [](L& e, const std::string& s, const std::string& t) {
+                   if (t.empty() || t.find('\0') != std::string::npos) throw Error(s, "expects a file");
+                   e.ies = t;
+               },
+               [](const L& e) { return e.ies; }},
     EditKey<L>{"off", "", "switches the light off", [](L& e, const std::string&, const std::string&) { e.off = true; },
                [](const L& e) { return e.off ? std::string("true") : ""; }},
     EditKey<L>{"on", "", "switches it on again", [](L& e, const std::string&, const std::string&) { e.off = false; },

@@ -75,6 +75,8 @@ Json lights(const Scene& scene) {
                             {"type", row_of(light.type).name},
                             {"intensity", triple(light.intensity)},
                             {"unit", row_of(light.type).unit}});
+        if (light.profile != kNone)
+            punctual.back()["profile"] = scene.light_profiles[static_cast<std::size_t>(light.profile)].name;
         if (light.radius > 0) punctual.back()["radius"] = light.radius;  // metres
         if (light.angle > 0) punctual.back()["angle_degrees"] = glm::degrees(light.angle);
     }

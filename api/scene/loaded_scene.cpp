@@ -467,6 +467,7 @@ void LoadedScene::deform_by(Deformer* deformer) {
 
 Scene LoadedScene::posed(double seconds) {
     Scene posed = file_->at(seconds, scene_.images);
+    posed.light_profiles = scene_.light_profiles;
     posed.lights.insert(posed.lights.end(), suns_.begin(), suns_.end());  // edits may name them
     apply(choice_.edits, posed, file_->tree_at(seconds), choice_.edits_source);
     if (separate_) set_light_groups(*separate_, posed);

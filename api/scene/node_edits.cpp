@@ -194,7 +194,9 @@ MovedObjects move_objects(const SceneEdits& edits, const Scene& scene, const Sce
         const dmat4 moved = motions.at(node).moved;
         if (moved == dmat4(1)) continue;
         light.position = dvec3(moved * dvec4(light.position, 1));
+        const dmat3 axes(light.right, light.up, -light.direction);
         light.direction = vec3(glm::normalize(dmat3(moved) * dvec3(light.direction)));
+        set_profile_axes(light, dmat3(moved) * axes);
     }
     std::vector<Instance>& instances = result.instances;
     for (std::size_t i = 0; i < scene.instances.size(); ++i) {

@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <utility>
 
 #include "api/halflight/object_names.h"
 #include "api/scene/ground.h"
 #include "api/scene/light_groups.h"
 #include "api/scene/node_edits.h"
 #include "engine/core/error.h"
+#include "engine/io/ies.h"
 #include "engine/scene/black_body.h"
 #include "engine/scene/material_lobes.h"
 #include "engine/scene/material_properties.h"
@@ -83,7 +85,9 @@ void check(const LightEdit& edit, const std::string& light) {
         throw Error(light, "direction: is not of unit length");
 }
 
-void apply(const LightEdit& edit, PunctualLight& light) {
+/// Changes a light. `profile` is that of the edit; null: none.
+void apply(const LightEdit& edit, PunctualLight& light, const LightProfile* profile = nullptr) {
+    if (profile) light.intensity = profile->candela * color_of(light).color;
     const LightColor own = color_of(light);
     const float intensity = edit.intensity.value_or(own.intensity);
     if (edit.color)
@@ -96,7 +100,10 @@ void apply(const LightEdit& edit, PunctualLight& light) {
     light.position = edit.position.value_or(light.position);
     light.radius = edit.radius.value_or(light.radius);
     if (edit.angle) light.angle = glm::radians(*edit.angle);
-    if (edit.direction) light.direction = glm::normalize(vec3(*edit.direction));
+    if (edit.direction) {
+        const vec3 before = std::exchange(light.direction, glm::normalize(vec3(*edit.direction)));
+        turn_profile_axes(light, before);
+    }
 }
 
 /// Changes properties of a material. Throws Error about `subject`.
@@ -150,8 +157,23 @@ void check_no_emission(const SceneEdits& edits, const Scene& scene, const std::s
     }
 }
 
-/// Checks everything but nodes and hidden names.
-void check_values(const SceneEdits& edits, const Scene& scene, const std::string& subject) {
+/// Adds the profile of an edit to `profiles` unless the list or the scene has it already.
+void read_profile(const LightEdit& edit, const Scene& scene, std::size_t light, const std::string& where,
+                  std::vector<LightProfile>& profiles) {
+    if (edit.ies.empty()) return;
+    if (scene.lights[light].type == LightType::directional)
+        throw Error(where, "ies: a directional light has no profile");
+    const bool known = std::ranges::find(profiles, edit.ies, &LightProfile::path) != profiles.end();
+    if (known || profile_of_file(scene, edit.ies)) return;
+    try {
+        profiles.push_back(load_ies(edit.ies));
+    } catch (const Error& error) {
+        throw Error(where, "ies: {}", error.what());
+    }
+}
+
+/// Checks everything but nodes and hidden names. Returns the profiles of edits that the scene does not have yet.
+std::vector<LightProfile> check_values(const SceneEdits& edits, const Scene& scene, const std::string& subject) {
     check(subject, "rotation of the environment", edits.environment_rotation, kEditRotation);
     check(subject, "intensity of the environment", edits.environment_intensity, kEditFactor);
     check(subject, "tint of the environment", dvec3(edits.environment_tint), kEditColor);
@@ -160,8 +182,12 @@ void check_values(const SceneEdits& edits, const Scene& scene, const std::string
     check(subject, "angle of the suns", edits.sun_angle.value_or(0), kEditAngle);
     check(subject, "height of the ground", edits.ground_height.value_or(0), kEditPosition);
     check_no_emission(edits, scene, subject);
+    std::vector<LightProfile> profiles;
     for_each_named(edits.lights, lights_of(scene), scene, subject,
-                   [](std::size_t, const LightEdit& edit, const std::string& where) { check(edit, where); });
+                   [&](std::size_t index, const LightEdit& edit, const std::string& where) {
+                       check(edit, where);
+                       read_profile(edit, scene, index, where, profiles);
+                   });
     for_each_named(edits.materials, materials_of(scene), scene, subject,
                    [&](std::size_t index, const MaterialEdit& edit, const std::string& where) {
                        Material material = scene.materials[index];
@@ -174,9 +200,15 @@ void check_values(const SceneEdits& edits, const Scene& scene, const std::string
         if (!is_affine(transform))
             throw Error(subject, "instance {}: its transform is not finite, or not affine", index);
     }
+    return profiles;
 }
 
 }  // namespace
+
+const LightProfile* profile_of_file(const Scene& scene, const std::string& path) {
+    const auto found = std::ranges::find(scene.light_profiles, path, &LightProfile::path);
+    return found == scene.light_profiles.end() ? nullptr : &*found;
+}
 
 void check_edits(const SceneEdits& edits, const Scene& scene, const SceneTree& tree, const std::string& source) {
     check_values(edits, scene, subject_of(scene, source));
@@ -199,7 +231,7 @@ void edit_materials(const SceneEdits& edits, Scene& scene, const std::string& so
 
 void apply(const SceneEdits& edits, Scene& scene, const SceneTree& tree, const std::string& source) {
     const std::string subject = subject_of(scene, source);
-    check_values(edits, scene, subject);
+    std::vector<LightProfile> profiles = check_values(edits, scene, subject);
     const FoundLightGroups groups = find_light_groups(edits, scene, tree, subject);
     const WorldBounds bounds = !edits.ground       ? WorldBounds()
                                : scene.rest_bounds ? *scene.rest_bounds
@@ -231,9 +263,17 @@ void apply(const SceneEdits& edits, Scene& scene, const SceneTree& tree, const s
     const LightEdit sizes{.radius = edits.lamp_radius, .angle = edits.sun_angle};
     if (sizes != LightEdit())
         for (PunctualLight& light : scene.lights) apply(sizes, light);
-    for_each_named(
-        edits.lights, lights_of(scene), scene, subject,
-        [&](std::size_t index, const LightEdit& edit, const std::string&) { apply(edit, scene.lights[index]); });
+    std::ranges::move(profiles, std::back_inserter(scene.light_profiles));
+    for_each_named(edits.lights, lights_of(scene), scene, subject,
+                   [&](std::size_t index, const LightEdit& edit, const std::string&) {
+                       PunctualLight& light = scene.lights[index];
+                       if (edit.ies.empty()) return apply(edit, light);
+                       const LightProfile* profile = profile_of_file(scene, edit.ies);
+                       light.type = LightType::point;  // without the cones of a spot
+                       light.profile = static_cast<int>(profile - scene.light_profiles.data());
+                       set_profile_axes(light, dmat3(light.right, light.up, -light.direction));
+                       apply(edit, light, profile);
+                   });
     for (const std::size_t i : moved.hidden_lights) scene.lights[i].intensity = vec3(0);
     if (edits.each_light)
         set_light_groups(separate_lights(scene, {}, subject), scene);

@@ -49,14 +49,17 @@ void SceneFile::set_rest_bounds(Scene& scene, double seconds) {
 
 void SceneFile::pose(Scene& scene, double seconds) {
     Environment environment = std::move(scene.environment);
+    std::vector<LightProfile> profiles = std::move(scene.light_profiles);
     const std::optional<WorldBounds> paged = scene.paged_bounds;
     try {
         file_.pose(scene, seconds, playing_);
     } catch (...) {
         scene.environment = std::move(environment);
+        scene.light_profiles = std::move(profiles);
         throw;
     }
     scene.environment = std::move(environment);
+    scene.light_profiles = std::move(profiles);
     scene.paged_bounds = paged;
     set_rest_bounds(scene, seconds);
 }

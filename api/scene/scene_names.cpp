@@ -37,18 +37,19 @@ Json options_of_camera(const Scene& scene, std::size_t index) {
     return count(number) == 0 ? Json::array({option("--camera", number)}) : Json::array();
 }
 
-std::string values_of(const PunctualLight& light) {
+std::string values_of(const Scene& scene, const PunctualLight& light) {
     const LightTypeRow& type = row_of(light.type);
     const LightColor own = color_of(light);
     LightEdit edit;
     edit.intensity = own.intensity;
     edit.color = own.color;
     if (type.has_position) edit.position = light.position;
-    if (type.has_direction) edit.direction = unit_direction(dvec3(light.direction));
+    if (type.has_direction || light.profile != kNone) edit.direction = unit_direction(dvec3(light.direction));
     if (type.has_position)
         edit.radius = light.radius;
     else
         edit.angle = glm::degrees(light.angle);
+    if (light.profile != kNone) edit.ies = scene.light_profiles[static_cast<std::size_t>(light.profile)].path;
     return text(edit);
 }
 
@@ -86,9 +87,9 @@ Json name_facts(const Scene& scene, const SceneTree& tree, const std::vector<std
         names["variants"].push_back(entry(variants[i], i, Json::array({option("--variant", variants[i])})));
     const auto lights = references_to(lights_of(scene));
     for (std::size_t i = 0; i < lights.size(); ++i)
-        names["lights"].push_back(
-            entry(scene.lights[i].name, i,
-                  Json::array({option("--light", fmt::format("{}={}", lights[i], values_of(scene.lights[i])))})));
+        names["lights"].push_back(entry(
+            scene.lights[i].name, i,
+            Json::array({option("--light", fmt::format("{}={}", lights[i], values_of(scene, scene.lights[i])))})));
     const auto materials = references_to(materials_of(scene));
     for (std::size_t i = 0; i < materials.size(); ++i)
         names["materials"].push_back(entry(scene.materials[i].name, i, options_of(scene.materials[i], materials[i])));

@@ -6,16 +6,38 @@
 #include "api/scene/node_edits.h"
 
 namespace halflight::settings {
+
+namespace fs = std::filesystem;
+
+fs::path read_path(const Element& e, const fs::path& folder) {
+    const std::string name = e.text();
+    if (name.empty() || name.find('\0') != std::string::npos) e.fail("is no name of a file");
+    return folder / name;
+}
+
+Json path_json(const fs::path& path, const fs::path& folder) {
+    std::error_code none;
+    const fs::path near = fs::proximate(path, folder.empty() ? fs::path(".") : folder, none);
+    Json json = (none ? fs::absolute(path) : near).string();
+    try {
+        json.dump();
+    } catch (const Json::type_error&) {
+        throw Error(path.string(), "cannot be saved as a setting: its name is not UTF-8, as JSON needs");
+    }
+    return json;
+}
+
 namespace {
 
 /// Reads an edit of a light: a factor alone, or an object with further members.
-LightEdit read_light(const Element& e) {
+LightEdit read_light(const Element& e, const fs::path& folder) {
     LightEdit light;
     if (!e.is_object()) {
         light.factor = static_cast<float>(e.number(kEditFactor));
         return light;
     }
-    e.check_keys({"factor", "intensity", "color", "temperature", "position", "direction", "radius", "angle", "off"});
+    e.check_keys(
+        {"factor", "intensity", "color", "temperature", "position", "direction", "radius", "angle", "ies", "off"});
     const auto single = [](const EditRange& range, auto& target) {
         return [&](const Element& v) { target = static_cast<float>(v.number(range)); };
     };
@@ -24,6 +46,7 @@ LightEdit read_light(const Element& e) {
     with(e, "temperature", single(kEditTemperature, light.temperature));
     with(e, "radius", single(kEditRadius, light.radius));
     with(e, "angle", single(kEditAngle, light.angle));
+    with(e, "ies", [&](const Element& v) { light.ies = read_path(v, folder).string(); });
     with(e, "off", [&](const Element& v) { light.off = v.truth(); });
     with(e, "color", [&](const Element& v) {
         if (light.temperature) e.fail("has both 'color' and 'temperature'");
@@ -38,7 +61,7 @@ LightEdit read_light(const Element& e) {
     return light;
 }
 
-Json light_json(const LightEdit& light) {
+Json light_json(const LightEdit& light, const fs::path& folder) {
     if (LightEdit{light.factor} == light) return light.factor;
     Json json = Json::object();
     if (light.factor != 1) json["factor"] = short_number(light.factor);
@@ -46,6 +69,7 @@ Json light_json(const LightEdit& light) {
     if (light.temperature) json["temperature"] = short_number(*light.temperature);
     if (light.radius) json["radius"] = short_number(*light.radius);
     if (light.angle) json["angle"] = short_number(*light.angle);
+    if (!light.ies.empty()) json["ies"] = path_json(light.ies, folder);
     if (light.off) json["off"] = true;
     if (light.color) json["color"] = list(*light.color);
     if (light.position) json["position"] = list(*light.position);
@@ -121,20 +145,20 @@ Json node_json(const NodeEdit& node) {
 }
 
 /// Reads edits of lights: an object by name, or the list of earlier versions, whose places become names.
-void read_lights(const Element& e, SceneEdits& edits) {
+void read_lights(const Element& e, const fs::path& folder, SceneEdits& edits) {
     if (e.is_object()) {
-        for (const auto& [key, one] : e.members()) edits.lights.push_back({key, read_light(one), e.where()});
+        for (const auto& [key, one] : e.members()) edits.lights.push_back({key, read_light(one, folder), e.where()});
         return;
     }
     const auto items = e.items();
     for (std::size_t i = 0; i < items.size(); ++i)
-        if (const LightEdit light = read_light(items[i]); light != LightEdit())
+        if (const LightEdit light = read_light(items[i], folder); light != LightEdit())
             edits.lights.push_back({std::to_string(i), light, e.where()});
 }
 
-Json lights_json(const SceneEdits& edits) {
+Json lights_json(const SceneEdits& edits, const fs::path& folder) {
     Json json = Json::object();
-    for (const auto& [name, edit, source] : edits.lights) json[name] = light_json(edit);
+    for (const auto& [name, edit, source] : edits.lights) json[name] = light_json(edit, folder);
     return json;
 }
 
@@ -146,13 +170,13 @@ Json materials_json(const SceneEdits& edits) {
 
 }  // namespace
 
-void read_edits(const Element& file, SceneEdits& edits) {
+void read_edits(const Element& file, const fs::path& folder, SceneEdits& edits) {
     with(file, "emission", [&](const Element& v) { edits.emission = static_cast<float>(v.number(kEditFactor)); });
     with(file, "lamp_radius", [&](const Element& v) { edits.lamp_radius = static_cast<float>(v.number(kEditRadius)); });
     with(file, "sun_angle", [&](const Element& v) { edits.sun_angle = static_cast<float>(v.number(kEditAngle)); });
     with(file, "glass_shadows",
          [&](const Element& v) { edits.straight_glass = glass_shadows_of(v.text(), v.where()); });
-    with(file, "lights", [&](const Element& v) { read_lights(v, edits); });
+    with(file, "lights", [&](const Element& v) { read_lights(v, folder, edits); });
     with(file, "clay", [&](const Element& v) { edits.clay = v.truth(); });
     with(file, "materials", [&](const Element& v) {
         for (const auto& [key, one] : v.members()) edits.materials.push_back({key, read_material(one), v.where()});
@@ -186,12 +210,12 @@ void read_edits(const Element& file, SceneEdits& edits) {
     });
 }
 
-void write_edits(const SceneEdits& edits, Json& json) {
+void write_edits(const SceneEdits& edits, const fs::path& folder, Json& json) {
     json["emission"] = short_number(edits.emission);
     if (edits.lamp_radius) json["lamp_radius"] = short_number(*edits.lamp_radius);
     if (edits.sun_angle) json["sun_angle"] = short_number(*edits.sun_angle);
     if (edits.straight_glass) json["glass_shadows"] = "straight";
-    json["lights"] = lights_json(edits);
+    json["lights"] = lights_json(edits, folder);
     json["clay"] = edits.clay;
     if (Json materials = materials_json(edits); !materials.empty()) json["materials"] = std::move(materials);
     for (const auto& [index, m] : edits.transforms) json["transforms"][std::to_string(index)] = transform_json(m);

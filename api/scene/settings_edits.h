@@ -5,9 +5,14 @@
 
 namespace halflight::settings {
 
-/// Reads all edits of a file except those of the environment. Throws Error that names the element.
-void read_edits(const Element& file, SceneEdits& edits);
+/// Reads the path of a file, relative to the folder of the settings file. Throws Error for empty names.
+std::filesystem::path read_path(const Element& e, const std::filesystem::path& folder);
+/// Returns the text that read_path() reads. Throws Error for names that are not UTF-8.
+Json path_json(const std::filesystem::path& path, const std::filesystem::path& folder);
+
+/// Reads all edits of a file in `folder` except those of the environment. Throws Error that names the element.
+void read_edits(const Element& file, const std::filesystem::path& folder, SceneEdits& edits);
 /// Writes what read_edits() reads.
-void write_edits(const SceneEdits& edits, Json& json);
+void write_edits(const SceneEdits& edits, const std::filesystem::path& folder, Json& json);
 
 }  // namespace halflight::settings

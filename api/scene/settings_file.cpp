@@ -124,11 +124,7 @@ void read_environment(const Element& e, const fs::path& folder, SavedSettings& s
         if (!found.empty()) e.fail("has both '{}' and '{}'", found, kind);
         found = kind;
     }
-    with(e, "map", [&](const Element& v) {
-        const std::string name = v.text();
-        if (name.empty() || name.find('\0') != std::string::npos) v.fail("is no name of a file");
-        s.environment = folder / name;
-    });
+    with(e, "map", [&](const Element& v) { s.environment = settings::read_path(v, folder); });
     with(e, "color", [&](const Element& v) { s.environment = vec3(v.triple(0, kFar)); });
     with(e, "preset", [&](const Element& v) {
         const auto presets = sky_presets();
@@ -156,16 +152,7 @@ void read_environment(const Element& e, const fs::path& folder, SavedSettings& s
 
 Json environment_json(const SavedSettings& s, const fs::path& folder) {
     Json json = Json::object();
-    if (const auto* map = std::get_if<fs::path>(&s.environment)) {
-        std::error_code none;
-        const fs::path near = fs::proximate(*map, folder.empty() ? fs::path(".") : folder, none);
-        json["map"] = (none ? fs::absolute(*map) : near).string();
-        try {
-            json["map"].dump();
-        } catch (const Json::type_error&) {
-            throw Error(map->string(), "cannot be saved as a setting: its name is not UTF-8, as JSON needs");
-        }
-    }
+    if (const auto* map = std::get_if<fs::path>(&s.environment)) json["map"] = settings::path_json(*map, folder);
     if (const auto* color = std::get_if<vec3>(&s.environment)) json["color"] = list(*color);
     if (const auto* preset = std::get_if<SkyPreset>(&s.environment)) json["preset"] = name(*preset);
     if (const auto* sky = std::get_if<ClearSky>(&s.environment))
@@ -278,7 +265,7 @@ SavedSettings parse_settings(std::string_view text, const fs::path& path) {
     with(file, "variant", [&](const Element& v) { s.variant = v.text(); });
     with(file, "line_width", [&](const Element& v) { s.line_width = v.number(kLineWidth); });
     with(file, "environment", [&](const Element& v) { read_environment(v, path.parent_path(), s); });
-    settings::read_edits(file, s.edits);
+    settings::read_edits(file, path.parent_path(), s.edits);
     with(file, "animation", [&](const Element& v) { s.moment = read_moment(v); });
     with(file, "bookmarks", [&](const Element& v) {
         for (const Element& one : v.items()) {
@@ -305,7 +292,7 @@ std::string settings_text(const SavedSettings& s, const fs::path& folder) {
     if (!s.variant.empty()) json["variant"] = s.variant;
     if (s.line_width > 0) json["line_width"] = s.line_width;
     json["environment"] = environment_json(s, folder);
-    settings::write_edits(s.edits, json);
+    settings::write_edits(s.edits, folder, json);
     if (s.moment)
         json["animation"] = {{"name", s.moment->animation},
                              {"frame", s.moment->frame},

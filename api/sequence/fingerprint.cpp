@@ -97,7 +97,15 @@ void add_environment(Fingerprint& print, const LoadedScene& scene) {
     if (const auto* sky = std::get_if<ClearSky>(&a.environment)) print.text("sky").text(text(*sky));
 }
 
-void add_edits(Fingerprint& print, const SceneEdits& edits) {
+/// Adds what a profile has read from its file, which may have changed since.
+void add_profile(Fingerprint& print, const LightProfile& profile) {
+    print.values("profile {}", profile.candela);
+    for (const auto* numbers : {&profile.vertical, &profile.horizontal, &profile.shares})
+        print.text({reinterpret_cast<const char*>(numbers->data()), numbers->size() * sizeof(float)});
+}
+
+void add_edits(Fingerprint& print, const LoadedScene& scene) {
+    const SceneEdits& edits = scene.edits();
     if (edits == SceneEdits()) return;
     print.text("edits").values("{} {} {} {}", edits.environment_rotation, edits.environment_intensity, edits.emission,
                                edits.clay);
@@ -109,7 +117,13 @@ void add_edits(Fingerprint& print, const SceneEdits& edits) {
         print.values("instance {}", index);
         for (int column = 0; column < 4; ++column) print.text(point_text(dvec3(transform[column])));
     }
-    for (const auto& [name, edit, source] : edits.lights) print.text("named light").text(name).text(text(edit));
+    for (const auto& [name, edit, source] : edits.lights) {
+        LightEdit plain = edit;
+        plain.ies.clear();  // a file may have another name elsewhere
+        print.text("named light").text(name).text(text(plain));
+        if (!edit.ies.empty())
+            if (const LightProfile* profile = profile_of_file(scene.scene(), edit.ies)) add_profile(print, *profile);
+    }
     for (const auto& [name, edit, source] : edits.materials)
         for (const auto& [property, values] : edit)
             print.text("named material").text(name).text(property).text(property_text(values));
@@ -205,7 +219,7 @@ void add_sums(KeyText& keys, const LoadedScene& scene, const RenderSettings& set
     if (scene.choice().line_width > 0) keys.add("line-width", fmt::format("{}", scene.choice().line_width));
     add("camera", [&](Fingerprint& print) { add_camera(print, scene.camera_choice(), scene.chosen_camera()); });
     add("environment", [&](Fingerprint& print) { add_environment(print, scene); });
-    add("edits", [&](Fingerprint& print) { add_edits(print, scene.edits()); });
+    add("edits", [&](Fingerprint& print) { add_edits(print, scene); });
     add_settings(keys, settings, [](const Setting& s) { return !is_late(s); });
     if (has_halves(settings)) keys.add("halves", "yes");  // a pilot may choose other techniques for them
 }

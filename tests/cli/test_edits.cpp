@@ -1,9 +1,11 @@
 // Tests `halflight render --settings`, edits by name on the command line and in settings files, names of `info`, and
 // pictures of all cameras.
+#include <cmath>
 #include <utility>
 
 #include "engine/core/image_tools.h"
 #include "tests/cli/output_test.h"
+#include "tests/support/ies_files.h"
 
 namespace halflight::test {
 namespace {
@@ -145,6 +147,68 @@ TEST_F(Edits, TheSunOfTheSkyLeavesNamesToTheScene) {
     json["nodes"].push_back({{"name", "sun"}, {"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
     write_text(scene, json.dump());
     render(words("--sky 40,120 --light sun=0.5 --light", std::string("sky sun=0.5")));
+}
+
+class LightProfiles : public Edits {
+  protected:
+    void SetUp() override {
+        auto json = json_file(scene);
+        json["extensionsUsed"].push_back("KHR_lights_punctual");
+        json["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "point"}}, {{"type", "directional"}}};
+        for (const auto& [light, name] : {std::pair(0, "desk"), {1, "sun"}}) {
+            json["scenes"][0]["nodes"].push_back(json["nodes"].size());
+            json["nodes"].push_back({{"name", name},
+                                     {"translation", {0, 1, 0}},
+                                     {"rotation", {-std::sqrt(0.5), 0, 0, std::sqrt(0.5)}},
+                                     {"extensions", {{"KHR_lights_punctual", {{"light", light}}}}}});
+        }
+        write_text(scene, json.dump());
+        write_text(file("lamp.ies"), downlight().text());
+    }
+    const std::string lamp = "desk=ies:" + file("lamp.ies");
+};
+
+TEST_F(LightProfiles, OfOptionsAndFilesMakeTheSamePictures) {
+    const Image shown = render({"--light", lamp + ",radius:0.1"});
+    EXPECT_FALSE(same_bits(shown, render(words("--light desk=radius:0.1"))));
+    const std::string saved = settings(R"("lights": {"desk": {"ies": "lamp.ies", "radius": 0.1}})");
+    EXPECT_TRUE(same_bits(shown, render({"--settings", saved})));
+    const Outcome names = done({"info", scene, "--names", "--light", lamp + ",radius:0.1"});
+    expect_has(names.out, ",radius:0.1");
+    expect_has(names.out, ",ies:" + file("lamp.ies"));
+    const std::size_t at = names.out.find("desk=");
+    const Image again = render({"--light", names.out.substr(at, names.out.find('\n', at) - at)});
+    double sum = 0, difference = 0;  // the direction is normalised again
+    for (std::size_t i = 0; i < shown.pixels.size(); ++i) {
+        sum += double{shown.pixels[i]};
+        difference += std::abs(double{shown.pixels[i]} - double{again.pixels[i]});
+    }
+    EXPECT_LT(difference, 1e-3 * sum);
+    expect_has(done({"info", scene, "--json", "--light", lamp}).out, "\"profile\"");
+}
+
+TEST_F(LightProfiles, BelongToTheFingerprint) {
+    const auto status = [&](const Strings& more) {
+        return run("f.#.exr", words("--frames 1 --bounces 0", more)).status;
+    };
+    ASSERT_EQ(status({"--light", lamp}), 0);
+    EXPECT_EQ(status({"--light", lamp}), 0) << "the frame is kept";
+    std::filesystem::rename(file("lamp.ies"), file("same.ies"));
+    EXPECT_EQ(status({"--light", "desk=ies:" + file("same.ies")}), 0) << "the name does not matter";
+    write_text(file("lamp.ies"), street_lamp().text());
+    EXPECT_EQ(status({"--light", lamp}), 1) << "that is another frame";
+}
+
+TEST_F(LightProfiles, DamagedAreOneLine) {
+    const std::string text = downlight().text();
+    write_text(file("lamp.ies"), text.substr(0, text.size() - 20));
+    const auto refuse = [&](const std::string& edit, const std::string& element) {
+        refused(1, words("render", scene, file("a.exr"), "--light", edit), element);
+    };
+    refuse(lamp, "lamp.ies: ends before candela value");
+    refuse("desk=ies:none.ies", "none.ies");
+    refuse("sun=ies:none.ies", "a directional light has no profile");
+    refused(2, words("render", scene, file("a.exr"), "--light desk=ies:"), "expects a file");
 }
 
 class Settings : public Edits {

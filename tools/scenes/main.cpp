@@ -35,6 +35,7 @@ int run(int argc, char** argv) {
     CLI::App* atrium = command("atrium", "A courtyard under sun and sky");
     CLI::App* still_life = command("still-life", "Glossy objects on a table");
     CLI::App* room = command("room", "A room lit through one small window");
+    CLI::App* lamps = command("lamps", "Three lamps before a wall");
     int lights = 1000;
     std::uint64_t hall_triangles = 0;
     CLI::App* emitters = command("emitters", "A hall with many small lamps");
@@ -110,6 +111,7 @@ int run(int argc, char** argv) {
         if (*atrium) write(scenes::atrium_scene());
         if (*still_life) write(scenes::still_life());
         if (*room) write(scenes::room());
+        if (*lamps) write(scenes::lamps());
         if (*emitters) write(scenes::emitters(lights, hall_triangles));
         if (*hall) {
             const std::uint64_t triangles = scenes::write_hall(output, maps);

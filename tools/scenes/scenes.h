@@ -27,6 +27,9 @@ Document room();
 /// more.
 Document emitters(int lights, std::uint64_t triangles);
 
+/// Makes three lamps, left, middle and right, before a wall.
+Document lamps();
+
 /// Makes an eel that swims above a floor: a skinned mesh of about `triangles` triangles, in one animation of 2 seconds.
 Document eel(std::uint64_t triangles);
 

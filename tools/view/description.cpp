@@ -26,6 +26,7 @@ std::vector<std::string> lights_of(const SceneEdits& edits) {
             values += fmt::format(" colour {:.2g},{:.2g},{:.2g}", edit.color->r, edit.color->g, edit.color->b);
         if (edit.radius) values += fmt::format(" radius {:.4g} m", *edit.radius);
         if (edit.angle) values += fmt::format(" angle {:.4g} deg", *edit.angle);
+        if (!edit.ies.empty()) values += " profile " + edit.ies;
         if (edit.position || edit.direction) values += " moved";
         lights.push_back(fmt::format("light {}{}", name, edit.off ? " off" : values));
     }

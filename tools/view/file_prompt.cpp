@@ -17,6 +17,7 @@ namespace {
 
 constexpr std::array<std::string_view, 4> kScenes = {"glb", "gltf", "exr", "hdr"};
 constexpr std::array<std::string_view, 2> kEnvironments = {"exr", "hdr"};
+constexpr std::array<std::string_view, 1> kProfiles = {"ies"};
 constexpr std::array<std::string_view, 2> kPictures = {"exr", "png"};
 constexpr std::array<std::string_view, 1> kSettings = {"json"};
 
@@ -31,6 +32,7 @@ const PurposeRow& row_of(FilePrompt::Purpose purpose) {
     static constexpr PurposeRow kRows[] = {
         {"Open a scene or an environment", "scenes .glb, .gltf; environments .exr, .hdr", "Open", kScenes},
         {"Choose an environment", "environments .exr, .hdr", "Open", kEnvironments},
+        {"Choose a light profile", "profiles .ies", "Open", kProfiles},
         {"Compare with a picture", "pictures .exr, .png", "Open", kPictures},
         {"Save settings as", "settings .json", "Save", kSettings},
         {"Save the picture as", "pictures .exr, .png", "Save", kPictures}};

@@ -16,7 +16,7 @@ namespace halflight::view {
 /// and names without an extension get the usual one.
 class FilePrompt {
   public:
-    enum class Purpose { open, environment, compare, save, picture };
+    enum class Purpose { open, environment, profile, compare, save, picture };
     /// Opens the dialog. It shows the folder that it has shown last for the purpose, at first `first`, and `name`.
     /// note: what the user should know about the file.
     void ask(Purpose purpose, const std::filesystem::path& first, const std::string& name = "",
@@ -43,7 +43,7 @@ class FilePrompt {
     Purpose purpose_ = Purpose::open;
     bool asked_ = false;                            // the dialog must be opened
     bool asking_ = false;                           // the dialog is open, or must be opened
-    std::array<std::filesystem::path, 5> folders_;  // last folder of each purpose, absolute; empty: none yet
+    std::array<std::filesystem::path, 6> folders_;  // last folder of each purpose, absolute; empty: none yet
     std::vector<FolderEntry> entries_;
     std::string note_;
     bool all_layers_ = false;

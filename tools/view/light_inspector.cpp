@@ -57,6 +57,16 @@ void direction_of_light(const PunctualLight& shown, LightEdit& edit) {
     edit.direction = -dvec3(std::cos(a.y) * std::sin(a.x), std::sin(a.y), -std::cos(a.y) * std::cos(a.x));
 }
 
+/// Shows the profile of a point or spot, and lets the user choose another one.
+void profile_of_light(PanelContext& c, const Scene& values, const PunctualLight& shown, LightEdit& edit) {
+    if (shown.type == LightType::directional) return;
+    if (shown.profile != kNone)
+        value("Profile", values.light_profiles.at(static_cast<std::size_t>(shown.profile)).name);
+    if (button("Profile ...", "replaces the distribution of the light by that of an IES file"))
+        c.requests.ask_profile = true;
+    if (!edit.ies.empty() && button("Remove profile", "restores the distribution of the scene")) edit.ies.clear();
+}
+
 void size_of_light(const PunctualLight& shown, float diagonal, LightEdit& edit) {
     if (shown.type == LightType::directional) {
         float angle = glm::degrees(shown.angle);
@@ -115,7 +125,8 @@ void choose_environment(PanelContext& c) {
 void light_properties_of(PanelContext& c, std::size_t index) {
     SceneEdits& edits = c.session.edits;
     const std::string& name = c.session.references().lights.at(index);
-    const PunctualLight shown = c.session.edited_values().lights.at(index);
+    const Scene values = c.session.edited_values();
+    const PunctualLight shown = values.lights.at(index);
     const PunctualLight& own = c.session.scene().lights[index];
     const LightTypeRow& type = row_of(own.type);
     LightEdit edit = own_edit(edits, name);
@@ -135,8 +146,9 @@ void light_properties_of(PanelContext& c, std::size_t index) {
         if (drag("Position", position, 0.002f * static_cast<float>(c.session.diagonal()), "world space, metres"))
             edit.position = glm::clamp(position, kEditPosition.lower, kEditPosition.upper);
     }
-    if (type.has_direction) direction_of_light(shown, edit);
+    if (type.has_direction || shown.profile != kNone) direction_of_light(shown, edit);
     size_of_light(shown, static_cast<float>(c.session.diagonal()), edit);
+    profile_of_light(c, values, shown, edit);
     if (button("Reset light", "restores the light of the scene")) edit = {};
     if (edit != before) light_edit(edits, name) = edit;
     remove_empty(edits);

@@ -94,6 +94,7 @@ Scene Session::edited_values() const {
     Scene values;
     values.name = scene_->name;
     values.lights = scene_->lights;
+    values.light_profiles = scene_->light_profiles;
     values.materials = scene_->materials;
     SceneEdits part = edits;
     part.clay = false;

@@ -6,11 +6,13 @@
 #include <cmath>
 #include <utility>
 
+#include "api/halflight/edit_text.h"
 #include "api/halflight/picture_file.h"
 #include "api/halflight/statistics.h"
 #include "engine/core/image_tools.h"
 #include "engine/io/exr.h"
 #include "engine/io/files.h"
+#include "engine/io/ies.h"
 #include "engine/io/png.h"
 #include "tools/cli/options.h"
 #include "tools/view/linear_picture.h"
@@ -284,6 +286,13 @@ void Viewer::take(const FilePrompt::Answer& answer, PanelRequests& requests) {
         case FilePrompt::Purpose::environment:
             requests.environment = answer.file;
             return;
+        case FilePrompt::Purpose::profile:
+            return attempt([&] {
+                if (session_.selection.kind != ObjectKind::light) return;
+                load_ies(answer.file);  // a damaged file changes nothing
+                light_edit(session_.edits, session_.references().lights.at(session_.selection.index)).ies =
+                    answer.file.string();
+            });
         case FilePrompt::Purpose::compare:
             requests.against = answer.file;
             return;
@@ -315,6 +324,7 @@ void Viewer::perform(const PanelRequests& requests) {
     if (requests.comparison) attempt([&] { set_comparison(*requests.comparison); });
     if (requests.pick_focus) picking_ = !picking_;
     if (requests.ask_environment) file_prompt_.ask(FilePrompt::Purpose::environment, session_.file().parent_path());
+    if (requests.ask_profile) file_prompt_.ask(FilePrompt::Purpose::profile, session_.file().parent_path());
     if (requests.open) to_open_.push_back(*requests.open);
     if (requests.environment) change_environment(*requests.environment);
     if (requests.variant) change_variant(*requests.variant);

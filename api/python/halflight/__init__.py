@@ -208,7 +208,7 @@ class Scene:
         _call(self._native.edit_material, which=str(which), values=_edit_texts(properties))
 
     def edit_light(self, which, factor=None, color=None, position=None, direction=None, intensity=None,
-                   temperature=None, radius=None, angle=None, off=None):
+                   temperature=None, radius=None, angle=None, ies=None, off=None):
         """Edits lights, by name, number or pattern.
 
           factor       factor of the intensity
@@ -219,11 +219,12 @@ class Scene:
           direction    direction in which the light travels
           radius       metres, of the ball from which the light of a point or spot comes
           angle        degrees, diameter in the sky of a directional light
+          ies          file of a light profile (IES LM-63) of a point or spot, in place of its own distribution
           off          True switches the light off, False on again
 
         Values of earlier edits stay unless they are given."""
         values = _edit_texts(dict(factor=factor, intensity=intensity, color=color, temperature=temperature,
-                                  position=position, direction=direction, radius=radius, angle=angle))
+                                  position=position, direction=direction, radius=radius, angle=angle, ies=ies))
         if off is not None:
             values["off" if off else "on"] = ""
         _call(self._native.edit_light, which=str(which), values=values)

@@ -9,8 +9,10 @@
 #include "api/halflight/object_names.h"
 #include "api/halflight/settings_file.h"
 #include "api/scene/scene_names.h"
+#include "engine/io/files.h"
 #include "engine/scene/black_body.h"
 #include "tests/cli/animated_scenes.h"
+#include "tests/support/ies_files.h"
 #include "tests/support/process.h"
 #include "tests/support/scenes.h"
 #include "tests/unit/io/gltf_builder.h"
@@ -169,6 +171,35 @@ TEST(LightEdits, NameTheOptionForMaterialsThatEmit) {
         yard.with(edits_of({{add_material_edit, "panel.emission_temperature=2700"}})).materials[2].emission;
     EXPECT_EQ(warm.r, 5) << "the largest channel stays";
     EXPECT_GT(warm.g, 2 * warm.b);
+}
+
+TEST(LightEdits, ReplaceTheDistribution) {
+    const TemporaryFolder folder;
+    const std::string path = folder.path / "lamp.ies";
+    write_file(path, test::washer().text());
+    const Yard yard;
+    SceneEdits edits;
+    light_edit(edits, "key").ies = path;
+    Scene edited = yard.with(edits);
+    validate(edited);
+    const PunctualLight& lamp = edited.lights[0];
+    const float candela = edited.light_profiles.at(std::size_t(lamp.profile)).candela;
+    EXPECT_EQ(profile_of_file(edited, path), &edited.light_profiles[0]);
+    EXPECT_LT(glm::distance(lamp.intensity, candela * vec3(0.25f, 0.5f, 1)), 1e-3f) << "the colour stays";
+    light_edit(edits, "key").intensity = 10.0f;
+    EXPECT_EQ(yard.with(edits).lights[0].intensity, vec3(2.5f, 5, 10));
+
+    // Axes turn with the direction and with nodes.
+    light_edit(edits, "key").direction = dvec3(0, 0, -1);
+    edited = yard.with(edits);
+    EXPECT_LT(glm::distance(edited.lights[0].right, lamp.right), 1e-6f);
+    EXPECT_LT(glm::distance(edited.lights[0].up, glm::cross(vec3(0, 0, 1), lamp.right)), 1e-6f);
+    light_edit(edits, "key").direction.reset();
+    node_edit(edits, "group").rotate = {0, 90, 0};
+    edited = yard.with(edits);
+    EXPECT_LT(glm::distance(edited.lights[0].direction, vec3(0, -1, 0)), 1e-6f);
+    EXPECT_LT(glm::distance(edited.lights[0].right, vec3(0, 0, -1)), 1e-6f);
+    validate(edited);
 }
 
 TEST(LightEdits, ReplaceIntensityAndColour) {

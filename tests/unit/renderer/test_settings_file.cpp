@@ -42,7 +42,8 @@ SavedSettings all_kinds() {
         {"2", {2, vec3(0.2f, 0, 1)}},
         {"3", {1, {}, dvec3(0.1, -2e5, 3)}},
         {"key", {1, {}, {}, dvec3(0, -0.6, 0.8)}},
-        {"a = b", {.intensity = 1.0f / 3, .temperature = 2700.5f, .radius = 0.1f, .angle = 0.53f, .off = true}}};
+        {"a = b", {.intensity = 1.0f / 3, .temperature = 2700.5f, .radius = 0.1f, .angle = 0.53f, .off = true}},
+        {"desk", {.ies = "/lamps/a, b = c.ies"}}};
     s.edits.nodes = {{"n", {{0.1, 1.0 / 3, 0}, {45, 0, -1e-5}, {1, 2, 1.0 / 7}}}};
     s.edits.nodes[0].edit.matrix =
         dmat4(dvec4(0.1, 0, 0, 0), dvec4(0, 0.7, 0.2, 0), dvec4(0, 0, 1, 0), dvec4(4, 5, 6, 1));
