@@ -77,6 +77,9 @@ void main() {
             goes_on = goes_on && !stops;
             passed /= max(chance, 1e-30);
         }
+        if (kSolidPanes && kScattered && kSizedLights && goes_on && finished && solids.entered > 0u &&
+            met_lamps[path].distance > solids.from && met_lamps[path].distance <= hit.t * unit)
+            met_lamps[path].light *= transmittance_to_end(solids, met_lamps[path].distance);  // the lamp is inside
         if (kSolidPanes && goes_on && finished) passed *= pass_surface(solids, b, hit.t * unit);
         if (kScattered && kSizedLights && (stops || goes_on) && hit.t * unit < met_lamps[path].distance)
             met_lamps[path].light *= stops ? vec3(0.0) : passed;

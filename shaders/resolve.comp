@@ -244,6 +244,7 @@ void resolve_surface(Found f, Surface surface, Material material, vec3 emission,
     vec3 origin = surface.position + lift * horizon;
     Bsdf b = make_bsdf(material, horizon, -f.direction);
     bool one_channel = false;
+    if (met_pane) emission *= make_met_pane(b, -f.direction);
     if (kVolume) {
         vec3 light = vec3(1.0);
         if (kDispersion && b.disperses) light = dispersed_light(medium, material.channel);
@@ -252,7 +253,6 @@ void resolve_surface(Found f, Surface surface, Material material, vec3 emission,
         if (b.thickness < 0.0 && !met_pane) medium = vec4(b.absorption, -b.thickness);
         scale_lobes(b, light * transmittance(medium, way));
     }
-    if (met_pane) emission *= make_met_pane(b, -f.direction);
     if (catches) make_catcher(b);
     if (f.stores) store_surface(f.path, SurfacePoint(origin, surface.offset, lift, emission, shown, catches), b);
     if (kReusePoints) {

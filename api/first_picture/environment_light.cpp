@@ -106,7 +106,11 @@ void set_environment(Scene& scene, const EnvironmentChoice& choice, const Log& l
         for (std::size_t i = warned; i < scene.report.warnings.size(); ++i) log.warn("{}", scene.report.warnings[i]);
     }
     const bool none = std::holds_alternative<vec3>(choice) && scene.environment.black();
-    if (!none && !added.lit_elsewhere) add_light(scene, log, added);
+    if (none || added.lit_elsewhere) return;
+    const std::vector<Material> unedited = scene.materials;
+    if (added.edits) edit_materials(*added.edits, scene, added.edits_source);
+    add_light(scene, log, added);
+    scene.materials = unedited;
 }
 
 }  // namespace halflight

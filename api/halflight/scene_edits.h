@@ -101,7 +101,7 @@ struct SceneEdits {
     // Sizes of all points and spots (metres, kEditRadius) and of all directional lights (degrees, kEditAngle). Those of
     // `lights` replace them.
     std::optional<float> lamp_radius{}, sun_angle{};
-    bool straight_glass = false;  // sets straight_shadows of all solids; `materials` replace it
+    bool straight_glass = false;  // sets straight_shadows of all materials; `materials` replace it
     bool clay = false;            // gives every surface one rough grey without texture; lights stay
     // object_to_world by index into Scene::instances, affine, in place of animated transforms. An instance that an
     // animated scale of 0 hides may stay hidden.

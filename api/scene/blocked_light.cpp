@@ -77,13 +77,15 @@ std::vector<std::string> blocked_lights(const rays::LazyProbe& probe, const Scen
         const Material& glass = *std::ranges::max_element(hidden, {}, [](const auto& h) { return h.second; })->first;
         const auto material = static_cast<std::size_t>(&glass - scene.materials.data());
         const std::string kind = is_solid(glass) ? "solid" : fmt::format("of roughness {:g}", glass.roughness);
+        Material straight = glass;
+        straight.straight_shadows = true;
         lines.push_back(fmt::format(
             "{} reaches what the cameras see only through glass, {}, which is {}: {} is found there, because "
-            "light of little size passes thin clear glass alone (thickness 0, roughness below 0.01); "
-            "--glass-shadows straight lets it through panes and bulbs, without bending it",
+            "light of little size passes thin clear glass alone (thickness 0, roughness below 0.01){}",
             called("light", light.name, i), called("material", glass.name, material), kind,
             light.radius > 0 || light.angle > 0 ? "its light, in speckles that are rare and bright,"
-                                                : "hardly any of its light"));
+                                                : "hardly any of its light",
+            is_pane(straight) ? "; --glass-shadows straight lets it through panes and bulbs, without bending it" : ""));
     }
     return lines;
 }

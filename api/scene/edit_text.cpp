@@ -213,7 +213,11 @@ std::pair<std::string, std::string> split_name(const std::string& source, const 
 template <class Edit>
 Edit& find_or_add(std::vector<NamedEdit<Edit>>& edits, const std::string& name, const std::string& source = {}) {
     const auto known = std::ranges::find(edits, name, &NamedEdit<Edit>::name);
-    if (known == edits.end()) return edits.emplace_back(NamedEdit<Edit>{name, {}, source}).edit;
+    if (known == edits.end()) {
+        NamedEdit<Edit>& added = edits.emplace_back();
+        added.name = name, added.source = source;
+        return added.edit;
+    }
     std::rotate(known, known + 1, edits.end());  // edits apply in order
     if (!source.empty()) edits.back().source = source;
     return edits.back().edit;

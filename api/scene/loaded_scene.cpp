@@ -131,15 +131,14 @@ LoadedScene::LoadedScene(SceneChoice choice, const CameraChoice& camera, const L
     if (const auto* map = std::get_if<std::filesystem::path>(&choice_.environment)) environment_file_ = versioned(*map);
     rays::LazyProbe probe(scene_);
     camera_ = choose_camera(scene_, camera, &probe);
-    const std::vector<Material> unedited = scene_.materials;
-    edit_materials(choice_.edits, scene_, choice_.edits_source);  // glass decides where light of the scene arrives
     set_environment(scene_, choice_.environment, log,
                     {.lit_elsewhere = lit_elsewhere_,
                      .lamps = choice_.lamps,
                      .camera = camera_.index ? std::nullopt : std::optional(camera_.camera),
                      .azimuth = light_azimuth(),
-                     .probe = &probe});
-    scene_.materials = unedited;
+                     .probe = &probe,
+                     .edits = &choice_.edits,
+                     .edits_source = choice_.edits_source});
     std::ranges::copy_if(scene_.lights, std::back_inserter(suns_), &PunctualLight::of_environment);
     size_ = size_of(scene_);  // with surfaces that edits hide, which later edits may show
     size_.moves = surfaces_move_;

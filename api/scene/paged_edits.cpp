@@ -52,7 +52,8 @@ void check_paged_edits(const SceneEdits& edits, const Scene& scene, const paging
              is_pane(paged.materials[i]) != is_pane(edited.materials[i])))
             throw Error(source.empty() ? scene.name : source + ": " + scene.name,
                         "material {}: the pages hold whether its surfaces are seen from both sides and whether light "
-                        "passes them straight on, which edits of double_sided, transmission, thickness, roughness or "
+                        "passes them straight on, which edits of double_sided, transmission, thickness, dispersion, "
+                        "roughness or "
                         "straight_shadows "
                         "cannot change (--backfaces show shows all)",
                         i);

@@ -221,8 +221,8 @@ void check_edits(const SceneEdits& edits, const Scene& scene, const std::string&
 }
 
 void edit_materials(const SceneEdits& edits, Scene& scene, const std::string& source) {
-    for (Material& material : scene.materials)
-        if (edits.straight_glass && is_solid(material)) material.straight_shadows = true;
+    if (edits.straight_glass)  // edits may make solids of other materials
+        for (Material& material : scene.materials) material.straight_shadows = true;
     for_each_named(edits.materials, materials_of(scene), scene, subject_of(scene, source),
                    [&](std::size_t index, const MaterialEdit& edit, const std::string& where) {
                        apply(edit, scene.materials[index], where);

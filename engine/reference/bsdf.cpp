@@ -303,7 +303,9 @@ std::optional<Bsdf::Sample> Bsdf::sample_solid(double u_side, double u1, double 
     s.component = Component::glossy;
     bool passes = false;
     const auto scatter = [&](const dvec3& facet) {
-        passes = u_side >= solid_strength_ * dielectric_fresnel(std::clamp(dot(wo_, facet), 0.0, 1.0), eta_);
+        // The rest of a pane reflects as from outside.
+        const double eta = only_reflects_ ? std::max(eta_, 1 / eta_) : eta_;
+        passes = u_side >= solid_strength_ * dielectric_fresnel(std::clamp(dot(wo_, facet), 0.0, 1.0), eta);
         s.wi = normalize(passes ? refract(wo_, facet, eta_) : mirror_at(wo_, facet));
     };
     scatter(h);

@@ -29,7 +29,7 @@ struct MaterialPacking {
 struct MaterialProperty {
     const char* name;     // the member of Material; names the property in edits and messages
     MaterialField field;  //
-    const char* path;     // JSON pointer within a glTF material; an extension alone: true if it is present
+    const char* path;     // JSON pointer within a glTF material; an extension alone: true if it is present; "": none
     PropertyRange range = {};
     MaterialPacking packing = {};
     const char* shader = "";              // the member of GLSL's struct Material; "": none

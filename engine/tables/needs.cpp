@@ -21,7 +21,7 @@ constexpr std::array kGeometry = {
               "no triangle is more than 2000 times as long as high"},
     SceneNeed{"shadow catchers", &N::catchers, "CATCHERS", "no object is one"},
     SceneNeed{"tests of back faces", &N::one_sided, "ONE_SIDED", "no opaque material is single-sided"},
-    SceneNeed{"light through panes", &N::panes, "PANES", "no material is thin clear glass"},
+    SceneNeed{"light through panes", &N::panes, "PANES", "no material is a pane of clear glass"},
     SceneNeed{"light straight through solids", &N::solid_panes, "SOLID_PANES", "no clear solid has straight_shadows"},
 };
 

@@ -60,7 +60,9 @@ void take_reference(Session::Opened& o, const Scene& images, const Console& cons
                         {.lit_elsewhere = o.lit_elsewhere,
                          .lamps = o.arguments.choice.lamps,
                          .camera = free_camera(scene, o.arguments.view),
-                         .azimuth = *o.arguments.choice.light_azimuth});
+                         .azimuth = *o.arguments.choice.light_azimuth,
+                         .edits = &o.arguments.choice.edits,
+                         .edits_source = o.arguments.choice.edits_source});
     o.reference_tree = std::make_shared<const SceneTree>(t.file->tree_at(0));
     check_edits(o.arguments.choice.edits, scene, *o.reference_tree, o.arguments.choice.edits_source);
     o.reference = std::make_shared<const Scene>(std::move(scene));
@@ -108,7 +110,9 @@ void load_whole(Session::Opened& opened, const Console& console) {
 void load_pages(Session::Opened& opened, const Console& console) {
     SceneChoice choice = opened.arguments.choice;
     // RendererCache applies edits; pages refuse those that move surfaces.
+    const bool straight_glass = choice.edits.straight_glass;
     choice.edits = surface_edits(choice.edits);
+    choice.edits.straight_glass = straight_glass;
     if (std::exchange(choice.animation, std::nullopt)) console.note("animations do not play with pages");
     const LoadedScene loaded(choice, opened.arguments.view, console);
     opened.reference_tree = opened.tree = std::make_shared<const SceneTree>(loaded.tree());

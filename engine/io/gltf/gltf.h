@@ -29,7 +29,7 @@ struct GltfOptions {
     bool allow_outside_folder = false;           // whether URIs may point outside the scene's folder
     bool strict = false;                       // refuses what the loader otherwise reads with a warning (docs/gltf.md)
     bool mip_levels = false;                   // whether textures get mip levels
-    bool straight_glass = false;               // sets Material::straight_shadows of all solids
+    bool straight_glass = false;               // sets Material::straight_shadows of all materials
     std::string variant{};                     // variant of KHR_materials_variants; empty: the file's own materials
     double line_width = 0;                     // diameter of points and lines, world units; 0: they are left out
     std::shared_ptr<TextureStore> textures{};  // takes the texels of all images; null: they stay in memory

@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "engine/io/gltf/material_keys.h"
-#include "engine/scene/material_lobes.h"
 
 namespace halflight {
 namespace {
@@ -59,14 +58,14 @@ class Converter {
         read_alpha_mode();
         if (glossy_) read_specular_glossiness();
         for (const MaterialProperty& property : material_properties())
-            if (is_read(property.path, property.need)) read(property);
+            if (*property.path && is_read(property.path, property.need)) read(property);
         for (const MaterialTexture& texture : material_textures()) {
             if (!is_read(texture.path, texture.implies)) continue;
             if (const TextureRef ref = read_texture(texture.path)) m_.*texture.field = ref;
         }
         m_.specular_color *= f0_scale_;
         result_.anisotropic = find(from_, "/extensions/KHR_materials_anisotropy") != nullptr;
-        if (document_.options.straight_glass && is_solid(m_)) m_.straight_shadows = true;
+        m_.straight_shadows = document_.options.straight_glass;
         choose_uv_sets();
         return std::move(result_);
     }

@@ -47,7 +47,8 @@ std::vector<GltfMaterialKey> converted_keys() {
 const std::vector<GltfMaterialKey>& gltf_material_keys() {
     static const std::vector<GltfMaterialKey> keys = [] {
         std::vector<GltfMaterialKey> all = converted_keys();
-        for (const MaterialProperty& property : material_properties()) all.push_back(key_of(property));
+        for (const MaterialProperty& property : material_properties())
+            if (*property.path) all.push_back(key_of(property));
         for (const MaterialTexture& texture : material_textures()) all.push_back(key_of(texture));
         return all;
     }();
