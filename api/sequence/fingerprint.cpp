@@ -161,6 +161,17 @@ void add_settings(KeyText& keys, const RenderSettings& settings, bool (*takes)(c
     }
 }
 
+/// Adds a hash of the values that settings have as usual, which texts leave out. Other sources may have others.
+void add_defaults(KeyText& keys) {
+    Fingerprint print;
+    const RenderSettings usual;
+    for (const Setting& setting : known_settings())
+        if (setting.fingerprint) print.text(setting.name).text(setting.get(usual));
+    const OutputOptions output;
+    print.values("{} {}", static_cast<int>(output.tiff), static_cast<int>(output.aov_names));
+    keys.add("defaults", print.hex());
+}
+
 /// Adds the settings of the view, and the colour config.
 void add_view(KeyText& keys, const RenderSettings& settings, const ColorConfig& config) {
     add_settings(keys, settings, [](const Setting& s) { return s.group == "Colour"; });
@@ -219,6 +230,7 @@ bool equals_memory(const LoadedScene& scene, const RenderSettings& s) {
 /// Adds the program's sources, the scene with its edits, and the settings that decide the sums.
 void add_sums(KeyText& keys, const LoadedScene& scene, const RenderSettings& settings) {
     keys.add("sources", source_hash());
+    add_defaults(keys);
     const auto add = [&](const char* key, const auto& fill) {
         Fingerprint print;
         fill(print);
