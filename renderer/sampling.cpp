@@ -101,12 +101,13 @@ void Renderer::State::Sampling::grow() {
             while (band->look.each < ahead.next && !band->look.ends)
                 if (!add_look(*band)) return;
         int chances = ahead.chances;
-        const int next = next_look({.each = ahead.next, .next = ahead.next}, chances);
+        const int next = next_look({.each = ahead.next, .next = ahead.next, .ends = ahead.ends}, chances);
         const bool ends = ahead.ends || next <= ahead.next;
         if (!ends && plan_.grows) looks_[part_].push_back(next);
         for (BandSamples* band : group_) {
             Look& look = band->look;
-            if (!ends) look.next = next, look.chances = chances;
+            if (!ends) look.next = next;
+            look.chances = chances;  // the look that ends the part is one, too
             if (ends && !look.ends) look.ends = band->unsaved = true;
         }
         if (ends) break;
@@ -200,6 +201,10 @@ int Renderer::State::Sampling::next_look(const Look& look, int& chances) {
         const ErrorTarget& target = *own_.error;
         group_error_ = PictureError();
         for (const BandSamples* band : group_) add_error(*band, look.each, group_error_);
+        if (look.ends) {  // `chances` of a file include this look
+            group_error_.count(chances);
+            return look.each;
+        }
         const ErrorEstimate estimate = group_error_.judge(target.error, chances);
         if (estimate.bound <= target.error) return look.each;
         return in_time(std::min(next_replicate_samples(look.each, estimate, target.error), plan_.most));

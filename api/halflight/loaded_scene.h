@@ -203,6 +203,8 @@ class LoadedScene {
     Deformer* deformer() const { return deformer_; }
     /// Returns whether more of scene() than its cameras depends on time.
     bool surfaces_move() const { return surfaces_move_; }
+    /// Returns whether some animation of a scene with pages changes materials, though it may not play.
+    bool drives_materials() const { return !driven_materials_.empty(); }
 
     /// Returns the chosen camera at a time.
     ChosenCamera camera(double seconds);

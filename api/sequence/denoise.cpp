@@ -23,10 +23,6 @@ namespace {
 
 using Paths = std::vector<std::filesystem::path>;
 
-bool is_noisy_name(const std::filesystem::path& name) {
-    return name.string().ends_with(".noisy.exr") || name.string().ends_with(".near.exr");
-}
-
 /// Returns the noisy frame that a name means: the file itself, or the one beside a picture.
 std::filesystem::path noisy_of(const std::filesystem::path& name) {
     if (is_noisy_name(name)) return name;
@@ -139,8 +135,7 @@ Paths outputs_of(const DenoiseOptions& o, FrameNumber frame, const Known& known)
 void check_outputs(const DenoiseOptions& o, std::size_t frames) {
     if (o.frames.empty()) throw Error("denoise", "has no frames");
     for (const auto& pattern : o.outputs) {
-        if (is_noisy_name(pattern))
-            throw Error(pattern.string(), "is the name of a noisy frame, which an output must not replace");
+        check_not_noisy(pattern);
         if (std::ranges::count(o.outputs, pattern) > 1) throw Error(pattern.string(), "is given twice");
         if (!is_picture_name(pattern)) throw Error(pattern.string(), "an output is an {}", picture_extensions());
         const int placeholders = count_placeholders(pattern);

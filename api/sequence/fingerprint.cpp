@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <limits>
 #include <span>
+#include <vector>
 
 #include "api/halflight/camera.h"
 #include "api/halflight/edit_text.h"
@@ -18,9 +19,11 @@
 #include "engine/io/files.h"
 #include "engine/io/jpeg.h"
 #include "engine/io/png.h"
+#include "engine/paging/moving_pages.h"
 #include "engine/paging/pages.h"
 #include "engine/settings/settings_table.h"
 #include "engine/settings/visibility.h"
+#include "engine/tables/tables.h"
 
 namespace halflight {
 namespace {
@@ -158,6 +161,17 @@ void add_settings(KeyText& keys, const RenderSettings& settings, bool (*takes)(c
     }
 }
 
+/// Adds a hash of the values that settings have as usual, which texts leave out. Other sources may have others.
+void add_defaults(KeyText& keys) {
+    Fingerprint print;
+    const RenderSettings usual;
+    for (const Setting& setting : known_settings())
+        if (setting.fingerprint) print.text(setting.name).text(setting.get(usual));
+    const OutputOptions output;
+    print.values("{} {}", static_cast<int>(output.tiff), static_cast<int>(output.aov_names));
+    keys.add("defaults", print.hex());
+}
+
 /// Adds the settings of the view, and the colour config.
 void add_view(KeyText& keys, const RenderSettings& settings, const ColorConfig& config) {
     add_settings(keys, settings, [](const Setting& s) { return s.group == "Colour"; });
@@ -184,13 +198,29 @@ void add_layout(KeyText& keys, const ExrLayout& layout) {
     if (layout.tile > 0) keys.add("exr-tiles", std::to_string(layout.tile));
 }
 
+/// Returns whether several instances have one mesh, which a scene in memory then may not merge.
+bool shares_meshes(const Scene& scene) {
+    std::vector<bool> used(scene.meshes.size(), false);
+    for (const Instance& instance : scene.instances) {
+        const auto mesh = static_cast<std::size_t>(instance.mesh);
+        if (used[mesh]) return true;
+        used[mesh] = true;
+    }
+    return false;
+}
+
 /// Returns whether a scene from pages has the bits of the same scene in memory, as far as that is proven
-/// (docs/page-files.md): nothing moves, no triangle of its hierarchy in memory is split, all emissive triangles are
-/// lights, and camera rays are traced.
+/// (docs/page-files.md): no animation of the file can change a surface or a material, no triangle of its hierarchy in
+/// memory is split, all meshes are merged in memory, all emissive triangles are lights, and camera rays are traced.
 bool equals_memory(const LoadedScene& scene, const RenderSettings& s) {
-    constexpr std::uint64_t kLeast = std::uint64_t{1} << 20, kMost = std::uint64_t{1} << 24;
+    constexpr std::uint64_t kLeast = std::uint64_t{1} << 20, kLights = std::uint64_t{1} << 24;
     const std::uint64_t triangles = scene.pages()->index().triangles;
-    if (scene.surfaces_move() || triangles < kLeast || triangles > kMost) return false;
+    if (scene.surfaces_move() || scene.drives_materials()) return false;
+    // Pages leave out what an animation can move, also if it does not play.
+    const auto moves = [&](const Instance& instance) { return paging::is_moving(scene.scene(), instance); };
+    if (std::ranges::any_of(scene.scene().instances, moves)) return false;
+    const std::uint64_t most = shares_meshes(scene.scene()) ? kFlattenLimit : kLights;
+    if (triangles < kLeast || triangles > most) return false;
     const Camera& camera = scene.chosen_camera().camera;
     const bool lens = camera.lens.blurs() || s.view.camera.lens.blurs();
     return resolved(s.primary, triangles, ivec2(s.width, s.height),
@@ -200,6 +230,7 @@ bool equals_memory(const LoadedScene& scene, const RenderSettings& s) {
 /// Adds the program's sources, the scene with its edits, and the settings that decide the sums.
 void add_sums(KeyText& keys, const LoadedScene& scene, const RenderSettings& settings) {
     keys.add("sources", source_hash());
+    add_defaults(keys);
     const auto add = [&](const char* key, const auto& fill) {
         Fingerprint print;
         fill(print);

@@ -25,7 +25,8 @@ class KeyText {
 /// Returns the value of a key; empty if the text lacks it.
 std::string value_of(std::string_view text, std::string_view key);
 
-/// Returns whether two texts are equal. The value of "sources" in `found` may also be one of `accepted`.
+/// Returns whether two texts are equal. The values of "sources" may differ if each is one of `accepted` or
+/// source_hash().
 bool same_keys(const std::string& found, const std::string& expected, std::span<const std::string> accepted);
 
 /// Returns what differs, as phrases: "samples is 4, not 8; scene differs". A key that is missing has its usual value.

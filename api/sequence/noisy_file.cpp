@@ -295,6 +295,15 @@ std::string name_of_noisy(const std::filesystem::path& noisy) {
     return noisy.stem().stem().string();
 }
 
+bool is_noisy_name(const std::filesystem::path& name) {
+    return name.string().ends_with(".noisy.exr") || name.string().ends_with(".near.exr");
+}
+
+void check_not_noisy(const std::filesystem::path& output) {
+    if (is_noisy_name(output))
+        throw Error(output.string(), "is the name of a noisy frame, which an output must not replace");
+}
+
 std::string noisy_fingerprint(const std::string& sums, FrameNumber frame) {
     return frame_fingerprint(KeyText(sums).add("picture", "noisy").text(), frame);
 }
@@ -364,9 +373,10 @@ auto with_file(const std::filesystem::path& path, ExrFile (*read)(const std::fil
         throw Error(path.string(), "is no noisy frame: it has no attribute {} (--keep-noisy writes such files)", kName);
     try {
         const Json json = Json::parse(found->second);
-        if (json.at("format").get<int>() != kFormat)
-            throw Error("", "format {} is not {}, which this version reads", json.at("format").dump(), kFormat);
-        return use(exr, json);
+        const int format = json.at("format").get<int>();
+        if (format > kFormat || format < 1)
+            throw Error("", "format {} is not {}, which this version reads", format, kFormat);
+        if (format == kFormat) return use(exr, json);
     } catch (const BudgetError&) {
         throw;
     } catch (const Error& error) {
@@ -374,6 +384,7 @@ auto with_file(const std::filesystem::path& path, ExrFile (*read)(const std::fil
     } catch (const nlohmann::json::exception& error) {
         throw Error(path.string(), "is damaged: {}: {}", kName, error.what());
     }
+    throw Error(path.string(), "was kept by an older version, and has to be rendered again");
 }
 
 }  // namespace

@@ -34,6 +34,11 @@ std::filesystem::path near_path(const std::filesystem::path& picture);
 /// Returns the picture's name without its extension: "shot.0001" for "shot.0001.noisy.exr".
 std::string name_of_noisy(const std::filesystem::path& noisy);
 
+/// Returns whether a name is that of a noisy frame.
+bool is_noisy_name(const std::filesystem::path& name);
+/// Throws Error for an output with such a name, which would replace a noisy frame.
+void check_not_noisy(const std::filesystem::path& output);
+
 /// Returns the fingerprint of the file of a noisy frame.
 std::string noisy_fingerprint(const std::string& sums, FrameNumber frame);
 

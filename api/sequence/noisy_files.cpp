@@ -41,11 +41,13 @@ std::optional<NoisyPicture> NoisyFiles::read(FrameNumber frame) const {
     const std::filesystem::path picture = options_.picture(frame), own = kept_file(frame);
     if (auto kept = read(noisy_path(picture))) return kept;
     if (auto kept = read(near_path(picture))) {
-        if (options_.keep && listed(frame))  // another shot has kept it as a neighbour
+        if (options_.keep && listed(frame)) {  // another shot has kept it as a neighbour
+            check_replaceable(own, frame);
             write_atomically(own, [&](const std::filesystem::path& temporary) {
                 std::filesystem::copy_file(near_path(picture), temporary,
                                            std::filesystem::copy_options::overwrite_existing);
             });
+        }
         return kept;
     }
     if (options_.keep || options_.pattern.empty()) return std::nullopt;
@@ -63,6 +65,14 @@ void NoisyFiles::release() {
 std::filesystem::path NoisyFiles::kept_file(FrameNumber frame) const {
     const std::filesystem::path picture = options_.picture(frame);
     return listed(frame) ? noisy_path(picture) : near_path(picture);
+}
+
+void NoisyFiles::check_replaceable(const std::filesystem::path& kept, FrameNumber frame) const {
+    if (options_.overwrite) return;
+    const std::string print = noisy_fingerprint(options_.sums, frame);
+    std::string why;
+    if (examine_frame(kept, print, options_.accept_sources, &why) == FrameFile::other)
+        throw Error(kept.string(), "exists, but is not this noisy frame: {}. It was not replaced; --overwrite does", why);
 }
 
 void NoisyFiles::describe(FrameNumber frame, NoisyPicture& picture) const {
@@ -83,11 +93,7 @@ void NoisyFiles::write(FrameNumber frame, const NoisyPicture& picture) const {
     if (!writes()) return;
     if (options_.keep) {
         const std::filesystem::path path = kept_file(frame);
-        const std::string print = noisy_fingerprint(options_.sums, frame);
-        std::string why;
-        if (!options_.overwrite && examine_frame(path, print, options_.accept_sources, &why) == FrameFile::other)
-            throw Error(path.string(), "exists, but is not this noisy frame: {}. It was not replaced; --overwrite does",
-                        why);
+        check_replaceable(path, frame);
         return write_noisy_file(path, picture, options_.compression);
     }
     try {

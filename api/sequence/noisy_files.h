@@ -60,6 +60,8 @@ class NoisyFiles {
 
   private:
     std::filesystem::path kept_file(FrameNumber frame) const;
+    /// Throws Error for a kept file of other settings, unless it may be replaced.
+    void check_replaceable(const std::filesystem::path& kept, FrameNumber frame) const;
 
     Options options_;
     std::optional<FileClaims> claims_;

@@ -13,6 +13,7 @@
 #include "api/halflight/movie.h"
 #include "api/sequence/frame_files.h"
 #include "api/sequence/frame_queue.h"
+#include "api/sequence/noisy_file.h"
 #include "api/sequence/statistics_file.h"
 #include "engine/core/error.h"
 #include "engine/io/file_claims.h"
@@ -107,6 +108,7 @@ void check_outputs(const SequenceOptions& o) {
         if (placeholders == 0)
             throw Error(pattern.string(), "has no placeholder for the frame number, such as #### or %04d");
         if (placeholders > 1) throw Error(pattern.string(), "has {} placeholders for the frame number", placeholders);
+        check_not_noisy(pattern);
         if (!is_picture_name(pattern)) throw Error(pattern.string(), "frames are {} files", picture_extensions());
         if (!patterns.insert(pattern).second) throw Error(pattern.string(), "is given twice");
     }

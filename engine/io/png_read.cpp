@@ -118,7 +118,10 @@ ImageHeader read_png_header(const std::string& subject, std::string_view bytes, 
                             int max_side) {
     Decoder decoder(bytes, true);
     open(decoder, subject, file_bytes, max_side);
-    return {.width = decoder.width(), .height = decoder.height(), .deep = decoder.deep()};
+    ImageHeader header{.width = decoder.width(), .height = decoder.height(), .deep = decoder.deep()};
+    // Texels of 16 bits whose low bytes say nothing are copied to 8 bits.
+    if (header.deep) header.decoding_bytes = std::size_t{4} * header.width * header.height;
+    return header;
 }
 
 void read_png(const std::string& subject, std::string_view bytes, int max_side, TextureImage& image) {

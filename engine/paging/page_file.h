@@ -24,7 +24,7 @@
 
 namespace halflight::paging {
 
-inline constexpr std::uint32_t kPageFileVersion = 8;
+inline constexpr std::uint32_t kPageFileVersion = 9;
 
 /// Sizes of a page file.
 struct PageFileSizes {

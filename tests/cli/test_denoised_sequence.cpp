@@ -77,6 +77,12 @@ TEST_F(DenoisedSequence, WhatDoesNotFitIsRefused) {
             "picture with 2 frames before and after");
 }
 
+TEST_F(DenoisedSequence, OutputsDoNotReplaceNoisyFrames) {
+    for (const char* name : {"a.noisy.exr", "a.near.exr"})
+        refused(1, words("render", scene, file(name), "--width 16 --height 16 --samples 1 --quiet"), name);
+    refused(1, words("render", scene, file("a.#.noisy.exr"), "--frames 1 --samples 1 --quiet"), "a.#.noisy.exr");
+}
+
 TEST_F(DenoisedSequence, AFrameThatCannotBePosedFailsAlone) {
     scene = write_scene_with_bad_frame(folder.path);
     const Outcome outcome = run("bad", "0-6", words("--denoise --denoise-frames 1 --fps 1"));

@@ -36,6 +36,7 @@ std::filesystem::path picture_of(const RenderArguments& a, FrameNumber frame) {
 
 /// Makes the folders of files that are written. Throws Error for files that cannot be written, before the long work.
 void check_outputs(const RenderArguments& a) {
+    for (const auto& path : a.outputs) check_not_noisy(path);
     std::vector<std::filesystem::path> files = a.outputs;
     if (a.stats) files.push_back(*a.stats);
     if (a.graph) files.push_back(*a.graph);

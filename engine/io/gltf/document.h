@@ -97,7 +97,12 @@ struct GltfDocument {
     nlohmann::json animations;                           // animations of the file, unchecked; null: none
     std::vector<VersionedFile> files;                    // files opened so far, the scene's own first
     GltfWarnings warnings;
+    bool posed = false;  // animations have set values, which are no faults of the file
 
+    /// Adds a warning about a value that glTF forbids. It is no fault if an animation may have set the value.
+    void value_fault(const std::string& what, const std::string& element) {
+        posed ? warnings.add(what, element) : warnings.fault(what, element);
+    }
     template <class... Args>
     [[noreturn]] void fail(std::string_view element, fmt::format_string<Args...> format, Args&&... args) const {
         throw Error(fmt::format("{}: {}", file, element), "{}", fmt::format(format, std::forward<Args>(args)...));

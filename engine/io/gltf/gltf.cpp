@@ -244,11 +244,25 @@ struct GltfScene::State {
     void pose(double seconds, Playing playing) {
         document.warnings = opening_warnings;
         for (const auto& [target, values] : at_rest) set_driven_values(document, target, values);
+        document.posed = false;
+        if (document.options.strict && !playing.empty() && !checked_rest) check_rest();
+        document.posed = !playing.empty();
         for (const std::size_t index : playing) {
             const Animation& animation = read_all().at(index);
             if (animation.damage) throw *animation.damage;
             for (const AnimationChannel& channel : animation.channels) drive(animation, channel, seconds);
         }
+    }
+
+    /// Throws Error for the first fault among the values that animations may set.
+    void check_rest() {
+        const GltfNodes nodes = resolve_nodes(document);
+        convert_materials(document);
+        convert_cameras(document, nodes);
+        convert_lights(document, nodes);
+        document.warnings.refuse_faults(document.file);
+        document.warnings = opening_warnings;
+        checked_rest = true;
     }
 
     void drive(const Animation& animation, const AnimationChannel& channel, double seconds) {
@@ -297,6 +311,7 @@ struct GltfScene::State {
     std::filesystem::path path;
     GltfDocument document;
     GltfWarnings opening_warnings = document.warnings;
+    bool checked_rest = false;  // check_rest() has found no fault
     std::optional<std::vector<Animation>> animations;
     std::vector<std::string> animation_warnings;
     MemoryLedger::Entry animation_memory;

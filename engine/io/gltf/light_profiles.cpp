@@ -63,8 +63,8 @@ PunctualLight convert_profile_light(GltfDocument& document, const tinygltf::Valu
                                           0.0, double(std::numeric_limits<float>::max())));
     }
     if (!inside)
-        document.warnings.fault("multiplier is negative, or color is outside [0, 1]; they are clamped",
-                                fmt::format("nodes[{}].extensions.{}", node, kExtension));
+        document.value_fault("multiplier is negative, or color is outside [0, 1]; they are clamped",
+                             fmt::format("nodes[{}].extensions.{}", node, kExtension));
     return light;
 }
 

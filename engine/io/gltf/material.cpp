@@ -105,7 +105,7 @@ class Converter {
             const Json* number = !found || count == 1 ? found : &(*found)[static_cast<std::size_t>(i)];
             const double value = number ? scale * number->get<double>() : 1;
             if (!(value >= lowest && value <= highest))
-                document_.warnings.fault(
+                document_.value_fault(
                     fmt::format("{} is outside [{}, {}], clamped", label(path), range.lowest, range.highest), element_);
             result[i] = static_cast<float>(std::clamp(value, lowest, highest));
         }

@@ -97,7 +97,8 @@ Mesh GltfMeshes::finish(GltfUnposedMesh from, std::span<VertexArrays> moved) {
         part.still.positions = std::move(vertices.positions);
         part.still.normals = std::move(vertices.normals);
         part.still.tangents = std::move(vertices.tangents);
-        finish(part.still, part.material, {sides_of(part.deformation), std::move(part.tangent_uvs)});
+        const bool deforms = !part.deformation.targets.empty() || !part.deformation.joints.empty();
+        finish(part.still, part.material, deforms, {sides_of(part.deformation), std::move(part.tangent_uvs)});
         if (mesh.triangles.empty()) {
             part.still.name = mesh.name;
             mesh = std::move(part.still);
@@ -123,7 +124,7 @@ Mesh GltfMeshes::all_parts(const GltfUnposedMesh& mesh) {
     return all;
 }
 
-void GltfMeshes::finish(Mesh& part, const GltfMaterial* material, VertexExtras extras) {
+void GltfMeshes::finish(Mesh& part, const GltfMaterial* material, bool deforms, VertexExtras extras) {
     const DroppedTriangles dropped = drop_bad_triangles(part, &extras);
     report_.non_finite_triangles_dropped += dropped.non_finite;
     if (dropped.non_finite > 0)
@@ -136,14 +137,17 @@ void GltfMeshes::finish(Mesh& part, const GltfMaterial* material, VertexExtras e
         const uvec3& t = part.triangles[i];
         if (extras.sides[t.x] + extras.sides[t.y] + extras.sides[t.z] < 0) mirrored.push_back(i);
     }
-    add_tangents(part, material, extras);
+    add_tangents(part, material, deforms, extras);
     for (const std::size_t i : mirrored) std::swap(part.triangles[i].y, part.triangles[i].z);
 }
 
-void GltfMeshes::add_tangents(Mesh& part, const GltfMaterial* material, const VertexExtras& extras) {
+void GltfMeshes::add_tangents(Mesh& part, const GltfMaterial* material, bool deforms, const VertexExtras& extras) {
     const std::optional<TextureRef> map = tangent_texture_of(material);
     if (!map || part.triangles.empty() || (!part.tangents.empty() && normalize_tangents(part.tangents))) return;
-    if (!part.tangents.empty()) document_.warnings.fault("has invalid tangents, they are recomputed", part.name);
+    if (!part.tangents.empty()) {
+        constexpr const char* kInvalid = "has invalid tangents, they are recomputed";
+        deforms ? document_.value_fault(kInvalid, part.name) : document_.warnings.fault(kInvalid, part.name);
+    }
     part.tangents.clear();
     std::vector<vec2> uv = tangent_uvs(part, extras.uvs, *map);
     if (uv.empty()) {

@@ -61,8 +61,8 @@ class GltfMeshes {
   private:
     /// Repairs a posed part, and makes what it lacks. Triangles that the pose mirrors get the other winding, so that
     /// their front stays outside.
-    void finish(Mesh& part, const GltfMaterial* material, VertexExtras extras);
-    void add_tangents(Mesh& part, const GltfMaterial* material, const VertexExtras& extras);
+    void finish(Mesh& part, const GltfMaterial* material, bool deforms, VertexExtras extras);
+    void add_tangents(Mesh& part, const GltfMaterial* material, bool deforms, const VertexExtras& extras);
 
     GltfDocument& document_;
     const std::vector<GltfMaterial>& materials_;

@@ -29,7 +29,7 @@ dmat4 local_matrix(GltfDocument& document, std::size_t index) {
     const tinygltf::Node& node = document.model.nodes[index];
     if (node.matrix.empty()) {
         const dvec4 rotation = to_vector(node.rotation, dvec4(0, 0, 0, 1));
-        if (rotation == dvec4(0)) document.warnings.fault("rotation is a zero quaternion, it is ignored", name(index));
+        if (rotation == dvec4(0)) document.value_fault("rotation is a zero quaternion, it is ignored", name(index));
         return compose(to_vector(node.translation, dvec3(0)), rotation, to_vector(node.scale, dvec3(1)));
     }
     dmat4 m = glm::make_mat4(node.matrix.data());
@@ -140,7 +140,7 @@ PunctualLight convert_light(GltfDocument& document, std::size_t index) {
     const dvec3 intensity = from.intensity * to_vector(from.color, dvec3(1));
     light.intensity = vec3(to_light(intensity.x), to_light(intensity.y), to_light(intensity.z));
     if (dvec3(light.intensity) != dvec3(vec3(intensity)))
-        document.warnings.fault("light intensity is negative or too large, clamped", element);
+        document.value_fault("light intensity is negative or too large, clamped", element);
     const LightTypeRow* type = find_light_type(from.type);
     if (!type) document.fail(element, "light type '{}' is unknown", from.type);
     light.type = type->type;
@@ -152,7 +152,7 @@ PunctualLight convert_light(GltfDocument& document, std::size_t index) {
     if (!(light.outer_cone > 0)) document.fail(element, "outerConeAngle {} is not positive", from.spot.outerConeAngle);
     if (light.inner_cone >= light.outer_cone) light.inner_cone = std::nextafter(light.outer_cone, 0.0f);
     if (light.outer_cone != float(from.spot.outerConeAngle) || light.inner_cone != float(from.spot.innerConeAngle))
-        document.warnings.fault("cone angles are not 0 <= inner < outer <= pi/2, clamped", element);
+        document.value_fault("cone angles are not 0 <= inner < outer <= pi/2, clamped", element);
     return light;
 }
 
@@ -213,7 +213,7 @@ Camera convert_camera(GltfDocument& document, std::size_t index) {
     }
     if (camera.near_plane < 0 || camera.far_plane < 0 ||
         (camera.far_plane != 0 && camera.far_plane <= camera.near_plane)) {
-        document.warnings.fault("znear and zfar are not 0 <= znear < zfar, they are ignored", element);
+        document.value_fault("znear and zfar are not 0 <= znear < zfar, they are ignored", element);
         camera.near_plane = camera.far_plane = 0;
     }
     return camera;

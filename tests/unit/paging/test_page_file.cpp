@@ -1,6 +1,7 @@
 // Tests page files: round trips, damaged, truncated, foreign and replaced files.
 #include "engine/paging/page_file.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -211,8 +212,8 @@ TEST_F(PageFiles, TruncatedFilesAreRefused) {
     EXPECT_EQ(message(std::string(1000, 'x')), bad.string() + ": is not a page file");
     EXPECT_FALSE(is_page_file(bad));
     std::string version = whole;
-    version[8] = 9;
-    EXPECT_NE(message(version).find("is a page file of version 9"), std::string::npos);
+    version[8] = kPageFileVersion + 1;
+    EXPECT_NE(message(version).find(fmt::format("is a page file of version {}", kPageFileVersion + 1)), std::string::npos);
     EXPECT_TRUE(is_page_file(bad) && is_page_file(path()));
     std::filesystem::remove(bad);
     for (const std::filesystem::path& none : {bad, folder.path})
