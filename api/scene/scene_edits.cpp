@@ -85,10 +85,14 @@ void check(const LightEdit& edit, const std::string& light) {
         throw Error(light, "direction: is not of unit length");
 }
 
-/// Changes a light. `profile` is that of the edit; null: none.
+/// Changes a light. `profile` is that of the edit; null: none. A light that is off stays off unless the edit has an
+/// intensity.
 void apply(const LightEdit& edit, PunctualLight& light, const LightProfile* profile = nullptr) {
-    if (profile) light.intensity = profile->candela * color_of(light).color;
-    const LightColor own = color_of(light);
+    LightColor own = color_of(light);
+    if (profile && own.intensity > 0) {
+        own.intensity = profile->candela;
+        light.intensity = own.intensity * own.color;
+    }
     const float intensity = edit.intensity.value_or(own.intensity);
     if (edit.color)
         light.intensity = intensity * *edit.color;
