@@ -185,7 +185,7 @@ LightProfile read_ies(const std::string& name, std::string_view text) {
         reader.fail("has {} x {} candela values, more than {}", rows, columns, kMostIesValues);
     const double type = reader.number("photometric type");
     if (type == 2 || type == 3)
-        reader.fail("is of photometric type {}; only type C can be read", type == 2 ? "B" : "A");
+        throw UnsupportedProfile(name, "is of photometric type {}; only type C can be read", type == 2 ? "B" : "A");
     if (type != 1) reader.fail("photometric type is {}, not 1 (C), 2 (B) or 3 (A)", type);
     const double units = reader.number("type of units");
     if (units != 1 && units != 2) reader.fail("type of units is {}, not 1 (feet) or 2 (metres)", units);
