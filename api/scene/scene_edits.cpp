@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
+#include <mutex>
 #include <set>
 #include <utility>
 
@@ -10,6 +12,7 @@
 #include "api/scene/light_groups.h"
 #include "api/scene/node_edits.h"
 #include "engine/core/error.h"
+#include "engine/io/files.h"
 #include "engine/io/ies.h"
 #include "engine/scene/black_body.h"
 #include "engine/scene/material_lobes.h"
@@ -85,10 +88,14 @@ void check(const LightEdit& edit, const std::string& light) {
         throw Error(light, "direction: is not of unit length");
 }
 
-/// Changes a light. `profile` is that of the edit; null: none.
+/// Changes a light. `profile` is that of the edit; null: none. A light that is off stays off unless the edit has an
+/// intensity.
 void apply(const LightEdit& edit, PunctualLight& light, const LightProfile* profile = nullptr) {
-    if (profile) light.intensity = profile->candela * color_of(light).color;
-    const LightColor own = color_of(light);
+    LightColor own = color_of(light);
+    if (profile && own.intensity > 0) {
+        own.intensity = profile->candela;
+        light.intensity = own.intensity * own.color;
+    }
     const float intensity = edit.intensity.value_or(own.intensity);
     if (edit.color)
         light.intensity = intensity * *edit.color;
@@ -157,6 +164,28 @@ void check_no_emission(const SceneEdits& edits, const Scene& scene, const std::s
     }
 }
 
+/// Returns the profile of a file. The last files are kept until they change, since the viewer applies edits again and
+/// again. Thread-safe.
+LightProfile kept_profile(const std::string& path) {
+    constexpr std::size_t kMostKept = 8;
+    struct Kept {
+        VersionedFile file;
+        LightProfile profile;
+    };
+    static std::mutex mutex;
+    static std::deque<Kept> all;                 // the newest last
+    const VersionedFile file = versioned(path);  // before it is read, so that later changes are found
+    const std::scoped_lock lock(mutex);
+    const auto found = std::ranges::find_if(
+        all, [&](const Kept& kept) { return kept.file.path == file.path && kept.file.version == file.version; });
+    if (found != all.end()) return found->profile;
+    LightProfile profile = load_ies(path);
+    std::erase_if(all, [&](const Kept& kept) { return kept.file.path == file.path; });
+    if (all.size() == kMostKept) all.pop_front();
+    all.push_back({file, profile});
+    return profile;
+}
+
 /// Adds the profile of an edit to `profiles` unless the list or the scene has it already.
 void read_profile(const LightEdit& edit, const Scene& scene, std::size_t light, const std::string& where,
                   std::vector<LightProfile>& profiles) {
@@ -166,7 +195,7 @@ void read_profile(const LightEdit& edit, const Scene& scene, std::size_t light, 
     const bool known = std::ranges::find(profiles, edit.ies, &LightProfile::path) != profiles.end();
     if (known || profile_of_file(scene, edit.ies)) return;
     try {
-        profiles.push_back(load_ies(edit.ies));
+        profiles.push_back(kept_profile(edit.ies));
     } catch (const Error& error) {
         throw Error(where, "ies: {}", error.what());
     }

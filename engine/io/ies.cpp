@@ -42,7 +42,11 @@ class Reader {
         throw Error(name_, "{}", fmt::format(format, std::forward<Args>(args)...));
     }
 
-    bool at_end() const { return trimmed(rest_).empty(); }
+    /// Skips space. Returns whether nothing else is left.
+    bool at_end() {
+        while (!rest_.empty() && is_space(rest_.front())) rest_.remove_prefix(1);
+        return rest_.empty();
+    }
 
     std::string_view line() {
         const std::size_t end = std::min(rest_.find_first_of("\r\n"), rest_.size());
@@ -54,9 +58,8 @@ class Reader {
 
     /// Reads a number. `what` names it in errors, with its place in a list if that has more than one.
     double number(const char* what, std::size_t place = 0, std::size_t count = 1) {
-        while (!rest_.empty() && is_space(rest_.front())) rest_.remove_prefix(1);
-        const std::string which = count > 1 ? fmt::format("{} {} of {}", what, place + 1, count) : what;
-        if (rest_.empty()) fail("ends before {}", which);
+        const auto which = [&] { return count > 1 ? fmt::format("{} {} of {}", what, place + 1, count) : what; };
+        if (at_end()) fail("ends before {}", which());
         const auto end = static_cast<std::size_t>(std::ranges::find_if(rest_, is_space) - rest_.begin());
         const std::string_view token = rest_.substr(0, end);
         rest_.remove_prefix(end);
@@ -64,7 +67,7 @@ class Reader {
         double value = 0;
         const auto [last, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
         if (error != std::errc() || last != digits.data() + digits.size() || !std::isfinite(value))
-            fail("{} is '{}', not a number", which, token.substr(0, 40));
+            fail("{} is '{}', not a number", which(), token.substr(0, 40));
         return value;
     }
 
@@ -182,7 +185,7 @@ LightProfile read_ies(const std::string& name, std::string_view text) {
         reader.fail("has {} x {} candela values, more than {}", rows, columns, kMostIesValues);
     const double type = reader.number("photometric type");
     if (type == 2 || type == 3)
-        reader.fail("is of photometric type {}; only type C can be read", type == 2 ? "B" : "A");
+        throw UnsupportedProfile(name, "is of photometric type {}; only type C can be read", type == 2 ? "B" : "A");
     if (type != 1) reader.fail("photometric type is {}, not 1 (C), 2 (B) or 3 (A)", type);
     const double units = reader.number("type of units");
     if (units != 1 && units != 2) reader.fail("type of units is {}, not 1 (feet) or 2 (metres)", units);

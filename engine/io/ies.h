@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include "engine/core/error.h"
 #include "engine/scene/light_profile.h"
 
 namespace halflight {
@@ -14,6 +15,12 @@ inline constexpr std::size_t kMostIesBytes = std::size_t{1} << 24;  ///< bytes o
 inline constexpr std::size_t kMostIesValues = std::size_t{1}
                                               << 18;  ///< candela values of a file; 0.5 degrees have 260281
 
+/// A file of a photometric type that cannot be read. Others may be able to read it.
+class UnsupportedProfile : public Error {
+  public:
+    using Error::Error;
+};
+
 /// Reads the text of a file. `name` becomes LightProfile::name and the subject of errors.
 ///
 /// Candela values are multiplied by the file's candela multiplier and ballast factor, and by the ballast-lamp
@@ -21,7 +28,8 @@ inline constexpr std::size_t kMostIesValues = std::size_t{1}
 /// symmetric, and its table is completed. Keywords are skipped. Factors of TILT=INCLUDE are checked and not applied,
 /// nor is the file of TILT=FILE read: they concern lamps that are mounted at another angle than they were measured.
 ///
-/// Throws Error of one line for photometric types A and B, and for files that are damaged, truncated or too large.
+/// Throws UnsupportedProfile for photometric types A and B, and Error of one line for files that are damaged, truncated
+/// or too large.
 LightProfile read_ies(const std::string& name, std::string_view text);
 
 /// Reads a file; its name becomes name and path of the profile. Throws the Error of read_file(), and that of the text.

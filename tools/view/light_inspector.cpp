@@ -27,6 +27,13 @@ LightEdit own_edit(const SceneEdits& edits, const std::string& name) {
     return found == edits.lights.end() ? LightEdit() : found->edit;
 }
 
+/// Returns the intensity of a light with its own edit, before the factor. `values` have all edits.
+float intensity_of(const Scene& values, const PunctualLight& own, const LightEdit& edit) {
+    const float intensity = color_of(own).intensity;
+    const LightProfile* const profile = edit.ies.empty() ? nullptr : profile_of_file(values, edit.ies);
+    return edit.intensity.value_or(profile && intensity > 0 ? profile->candela : intensity);
+}
+
 void color_of_light(const PunctualLight& shown, LightEdit& edit) {
     if (radio("Colour RGB", !edit.temperature, "the colour is given by its channels") && edit.temperature) {
         edit.color = color_of(shown).color;
@@ -135,7 +142,7 @@ void light_properties_of(PanelContext& c, std::size_t index) {
     const Selection object{ObjectKind::light, index};
     bool on = !HiddenObjects(c.session).contains(object);
     if (checkbox("On", on, "switches the light on or off")) return set_shown(c.session, object, on);
-    float intensity = edit.intensity.value_or(color_of(own).intensity);
+    float intensity = intensity_of(values, own, edit);
     if (slider(fmt::format("Intensity, {}", type.unit).c_str(), intensity, 0, 1e6f, "%.5g",
                "intensity of the strongest channel, in the unit of the file", kLogarithmic))
         edit.intensity = intensity;

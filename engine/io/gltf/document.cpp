@@ -441,7 +441,7 @@ GltfDocument open_gltf(const fs::path& path, const GltfOptions& options) {
     const Json profiles = root.value(Json::json_pointer("/extensions/EXT_lights_ies/lights"), Json::array());
     document.model = to_model(std::move(root), document.file);
     choose_images(document, required);
-    read_light_profiles(profiles, document);
+    read_light_profiles(profiles, required.contains("EXT_lights_ies"), document);
     return document;
 }
 

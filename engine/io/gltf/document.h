@@ -60,6 +60,13 @@ class GltfWarnings {
     std::map<std::string, std::size_t> places_;  // index into `warnings_`, by kind
 };
 
+/// An element of the list of EXT_lights_ies. Elements with the same URI or buffer view share a profile.
+struct GltfProfileElement {
+    std::string name{};        // name for users
+    int profile = kNone;       // index into GltfDocument::light_profiles; kNone: lamps are dark
+    std::string unreadable{};  // why it is kNone
+};
+
 /// Decompressed buffer views, by index, and what reading has found.
 struct GltfDecodedViews {
     struct View {
@@ -90,7 +97,9 @@ struct GltfDocument {
     std::vector<double> visible;                         // KHR_node_visibility of each node; 0: hidden
     std::set<int> switched;                              // nodes whose visibility some animation drives
     bool restarts = false;                               // the largest index restarts a strip, fan, or line
-    std::vector<LightProfile> light_profiles;            // profiles of EXT_lights_ies
+    std::vector<LightProfile> light_profiles;            // distinct profiles of EXT_lights_ies that are used
+    std::vector<GltfProfileElement> profiles;            // elements of the list of EXT_lights_ies
+    MemoryLedger::Entry profile_memory;                  // bytes of the profiles, here and in the scene
     std::vector<LightSize> light_sizes;                  // size of each light, from its extras
     std::vector<Lens> lenses;                            // lens of each camera, from its extras
     nlohmann::json materials = nlohmann::json::array();  // materials of the file, checked

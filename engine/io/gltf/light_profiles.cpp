@@ -2,7 +2,11 @@
 
 #include <algorithm>
 #include <limits>
+#include <map>
+#include <string_view>
+#include <utility>
 
+#include "engine/core/memory_ledger.h"
 #include "engine/io/gltf/rules.h"
 #include "engine/io/gltf/uri.h"
 #include "engine/io/ies.h"
@@ -16,42 +20,91 @@ std::string element_of_profile(std::size_t index) {
     return fmt::format("extensions.{}.lights[{}]", kExtension, index);
 }
 
+bool is_file(const std::string& uri) {
+    return !uri.empty() && uri_scheme(uri) != "data";
+}
+
+std::size_t bytes_of(const LightProfile& profile) {
+    return sizeof(LightProfile) +
+           sizeof(float) * (profile.vertical.capacity() + profile.horizontal.capacity() + profile.shares.capacity());
+}
+
 /// Reads the profile of an element of the list.
-LightProfile read_profile(GltfDocument& document, const nlohmann::json& from, std::size_t index) {
-    const std::string element = element_of_profile(index);
+LightProfile read_profile(GltfDocument& document, const nlohmann::json& from, const std::string& element) {
     const std::string uri = from.value("uri", "");
     const bool in_view = from.contains("bufferView");
-    if (in_view == !uri.empty()) document.fail(element, "needs either a URI or a bufferView");
-    if (in_view && !from.contains("mimeType")) document.warnings.fault("has no mimeType", element);
     const ByteSource bytes =
         in_view ? document.view_bytes(from["bufferView"].get<int>()) : document.open_uri(uri, element);
     if (bytes.size() > kMostIesBytes) document.fail(element, "has {} bytes, more than {}", bytes.size(), kMostIesBytes);
+    // A value has two bytes of text. Symmetry repeats it four times, in tables of float64 and float32 that grow by
+    // factors of two; two copies stay.
+    const std::size_t text = bytes.size(), values = 4 * std::min(text / 2, kMostIesValues);
+    MemoryLedger::process().check(text + values * (2 * sizeof(double) + 4 * sizeof(float)),
+                                  fmt::format("{}: {}", document.file, element), "light profile");
     std::string buffer;
-    LightProfile profile = read_ies(fmt::format("{}: {}", document.file, element), bytes.read(0, bytes.size(), buffer));
-    const bool is_file = !in_view && uri_scheme(uri) != "data";
-    profile.name = from.value("name", is_file ? percent_decode(uri) : element);
-    return profile;
+    return read_ies(fmt::format("{}: {}", document.file, element), bytes.read(0, bytes.size(), buffer));
+}
+
+/// Returns the element of the list that a node refers to.
+const GltfProfileElement& profile_of(const GltfDocument& document, const tinygltf::Value& reference) {
+    return document.profiles[static_cast<std::size_t>(reference.Get("light").GetNumberAsInt())];
 }
 
 }  // namespace
 
-void read_light_profiles(const nlohmann::json& list, GltfDocument& document) {
-    // Profiles that nothing uses get a dark one, since others keep their places.
-    const LightProfile dark{
-        .name = "unused", .vertical = {0, static_cast<float>(kPi)}, .horizontal = {0}, .shares = {0, 0}};
-    document.light_profiles.assign(list.size(), dark);
-    for (std::size_t i = 0; i < list.size(); ++i)
-        if (is_used(document.uses, kLightProfileList, i))
-            document.light_profiles[i] = read_profile(document, list[i], i);
+void read_light_profiles(const nlohmann::json& list, bool required, GltfDocument& document) {
+    std::map<std::pair<int, std::string_view>, std::size_t> first;  // element that has read a buffer view or URI
+    std::size_t bytes = 0;
+    document.profiles.resize(list.size());
+    for (std::size_t i = 0; i < list.size(); ++i) {
+        if (!is_used(document.uses, kLightProfileList, i)) continue;
+        const nlohmann::json& from = list[i];
+        const std::string element = element_of_profile(i);
+        const std::string uri = from.value("uri", "");
+        const bool in_view = from.contains("bufferView");
+        if (in_view == !uri.empty()) document.fail(element, "needs either a URI or a bufferView");
+        if (in_view && !from.contains("mimeType")) document.warnings.fault("has no mimeType", element);
+        GltfProfileElement& profile = document.profiles[i];
+        profile.name = from.value("name", is_file(uri) ? percent_decode(uri) : element);
+        const auto key = in_view ? std::pair(from["bufferView"].get<int>(), std::string_view())
+                                 : std::pair(kNone, std::string_view(from["uri"].get_ref<const std::string&>()));
+        if (const auto [known, added] = first.emplace(key, i); !added) {
+            const GltfProfileElement& same = document.profiles[known->second];
+            profile.profile = same.profile;
+            profile.unreadable = same.unreadable;
+            continue;
+        }
+        try {
+            LightProfile table = read_profile(document, from, element);
+            table.name = profile.name;
+            bytes += 2 * bytes_of(table);  // the scene has a copy
+            profile.profile = static_cast<int>(document.light_profiles.size());
+            document.light_profiles.push_back(std::move(table));
+            document.profile_memory = {MemoryLedger::process(), MemoryPart::scene, bytes};
+        } catch (const UnsupportedProfile& error) {
+            if (required) throw;
+            profile.unreadable = fmt::format("{} {}", element, error.reason());
+        }
+    }
 }
 
 const tinygltf::Value* find_profile_light(const tinygltf::Node& node) {
     return find_extension(node.extensions, kExtension);
 }
 
+std::string name_of_profile(const GltfDocument& document, const tinygltf::Value& reference) {
+    return profile_of(document, reference).name;
+}
+
 PunctualLight convert_profile_light(GltfDocument& document, const tinygltf::Value& reference, std::size_t node) {
     PunctualLight light;
-    light.profile = reference.Get("light").GetNumberAsInt();
+    const GltfProfileElement& element = profile_of(document, reference);
+    light.profile = element.profile;
+    if (light.profile == kNone) {
+        document.warnings.add(fmt::format("is a dark lamp: {}", element.unreadable), fmt::format("nodes[{}]", node));
+        light.intensity = vec3(0);
+        return light;
+    }
     const LightProfile& profile = document.light_profiles[static_cast<std::size_t>(light.profile)];
     const double multiplier = reference.Has("multiplier") ? reference.Get("multiplier").GetNumberAsDouble() : 1;
     bool inside = multiplier >= 0;

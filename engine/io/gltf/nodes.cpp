@@ -327,7 +327,7 @@ std::vector<PunctualLight> convert_lights(GltfDocument& document, const GltfNode
         if (!glm::any(glm::isnan(direction))) light.direction = vec3(direction);
         set_profile_axes(light, frame);
         light.name = !from.name.empty() ? from.name
-                     : profile          ? document.light_profiles[static_cast<std::size_t>(light.profile)].name
+                     : profile          ? name_of_profile(document, *profile)
                                         : document.model.lights[index].name;
         lights.push_back(std::move(light));
     }

@@ -1,4 +1,5 @@
 // Tests EXT_lights_ies: profiles by URI and buffer view, references of nodes, and damaged files.
+#include "engine/core/memory_ledger.h"
 #include "tests/support/ies_files.h"
 #include "tests/unit/io/gltf_builder.h"
 
@@ -67,6 +68,44 @@ TEST_F(GltfProfile, ReplacesTheLightOfItsNode) {
     ASSERT_EQ(scene.lights.size(), 1u);
     EXPECT_EQ(scene.lights[0].profile, 0);
     expect_warnings(scene.report.warnings, {"nodes[1]: is a light twice"});
+}
+
+TEST_F(GltfProfile, IsSharedByElementsOfOneFile) {
+    write("a.ies", test::downlight().text());
+    GltfBuilder b = with_profiles({{{"uri", "a.ies"}}, {{"uri", "a.ies"}, {"name", "second"}}}, {{"light", 0}});
+    b.push("nodes", {{"extensions", {{"EXT_lights_ies", {{"light", 1}}}}}});
+    const Scene scene = load(b);
+    EXPECT_EQ(scene.light_profiles.size(), 1u);
+    ASSERT_EQ(scene.lights.size(), 2u);
+    EXPECT_EQ(scene.lights[0].profile, 0);
+    EXPECT_EQ(scene.lights[1].profile, 0);
+    EXPECT_EQ(scene.lights[1].name, "second");
+
+    // Profiles count as memory.
+    constexpr std::size_t kLarge = std::size_t{8} << 20;
+    write("a.ies", test::downlight().text() + std::string(kLarge, ' '));
+    MemoryLedger& memory = MemoryLedger::process();
+    const std::size_t limit = memory.limit();
+    memory.set_limit(limit - memory.free() + kLarge);
+    const std::string message = refusal(b);
+    memory.set_limit(limit);
+    EXPECT_TRUE(message.starts_with("extensions.EXT_lights_ies.lights[0]: needs ")) << message;
+}
+
+TEST_F(GltfProfile, OfOtherPhotometricTypesIsDarkUnlessRequired) {
+    test::IesFile file = test::downlight();
+    file.type = 2;
+    write("b.ies", file.text());
+    GltfBuilder b = with_profiles({{{"uri", "b.ies"}}}, {{"light", 0}});
+    EXPECT_TRUE(refusal(b).starts_with("extensions.EXT_lights_ies.lights[0]: is of photometric type B")) << refusal(b);
+    b.json.erase("extensionsRequired");
+    const Scene scene = load(b);
+    ASSERT_EQ(scene.lights.size(), 1u);
+    EXPECT_EQ(scene.lights[0].name, "lamp");
+    EXPECT_EQ(scene.lights[0].profile, kNone);
+    EXPECT_EQ(scene.lights[0].intensity, vec3(0));
+    expect_warnings(scene.report.warnings,
+                    {"nodes[1]: is a dark lamp: extensions.EXT_lights_ies.lights[0] is of photometric type B"});
 }
 
 TEST_F(GltfProfile, DamagedIsOneLine) {

@@ -128,6 +128,8 @@ TEST(IesFiles, ThatAreDamagedAreNamedWithTheElement) {
     EXPECT_EQ(error_message([&] { read_ies("a.ies", good); }), "");
     IesFile b = file, a = file;
     b.type = 2, a.type = 3;
+    std::string many_lines;
+    for (int i = 0; i < 1 << 18; ++i) many_lines += "a\n";
     const std::pair<std::string, const char*> kCases[] = {
         {"", "has no line TILT="},
         {"IESNA:LM-63-2002\n[TEST]\n", "has no line TILT="},
@@ -155,6 +157,7 @@ TEST(IesFiles, ThatAreDamagedAreNamedWithTheElement) {
         {changed(good, "1 -1 1 3", "1 -1 0 3"), "candela multiplier is 0, not positive"},
         {changed(good, "1 1 18.5", "0 1 18.5"), "ballast factor is 0, not positive"},
         {std::string(kMostIesBytes + 1, ' '), "more than"},
+        {many_lines + std::string(many_lines.size(), ' '), "has no line TILT="},  // in linear time
     };
     for (const auto& [text, part] : kCases) {
         const std::string message = error_message([&] { read_ies("a.ies", text); });

@@ -186,6 +186,12 @@ TEST(LightEdits, ReplaceTheDistribution) {
     const float candela = edited.light_profiles.at(std::size_t(lamp.profile)).candela;
     EXPECT_EQ(profile_of_file(edited, path), &edited.light_profiles[0]);
     EXPECT_LT(glm::distance(lamp.intensity, candela * vec3(0.25f, 0.5f, 1)), 1e-3f) << "the colour stays";
+    write_file(path, test::downlight().text());
+    EXPECT_NE(yard.with(edits).light_profiles.at(0).shares, edited.light_profiles[0].shares) << "a changed file";
+    write_file(path, test::washer().text());
+    Yard dark;
+    dark.scene.lights[0].intensity = vec3(0);
+    EXPECT_EQ(dark.with(edits).lights[0].intensity, vec3(0)) << "a lamp that is off stays off";
     light_edit(edits, "key").intensity = 10.0f;
     EXPECT_EQ(yard.with(edits).lights[0].intensity, vec3(2.5f, 5, 10));
 
