@@ -72,7 +72,8 @@ void NoisyFiles::check_replaceable(const std::filesystem::path& kept, FrameNumbe
     const std::string print = noisy_fingerprint(options_.sums, frame);
     std::string why;
     if (examine_frame(kept, print, options_.accept_sources, &why) == FrameFile::other)
-        throw Error(kept.string(), "exists, but is not this noisy frame: {}. It was not replaced; --overwrite does", why);
+        throw Error(kept.string(), "exists, but is not this noisy frame: {}. It was not replaced; --overwrite does",
+                    why);
 }
 
 void NoisyFiles::describe(FrameNumber frame, NoisyPicture& picture) const {

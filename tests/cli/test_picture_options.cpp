@@ -4,6 +4,8 @@
 
 #include <cmath>
 #include <csignal>
+#include <filesystem>
+#include <nlohmann/json.hpp>
 #include <set>
 
 #include "engine/core/image_tools.h"
@@ -268,6 +270,22 @@ TEST_F(PictureOptions, PartsAreMergedToTheSameBits) {
     const Outcome other = run_program(words(merge, "--seed 5"));
     EXPECT_EQ(other.status, 1);
     expect_has(other.err, "1-of-4: ");
+}
+
+/// A part that ends at its first look had one chance to end too early, of which the merge takes account.
+TEST_F(PictureOptions, PartsCountTheLookThatEndsThem) {
+    constexpr std::size_t kChances = 6;  // place in the plan of a band
+    done(words("render", scene, file("a.exr"), "--part 1/2 --width 16 --height 16 --samples 64 --error 1000"));
+    int bands = 0;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(file("a.exr.parts"))) {
+        if (entry.path().extension() != ".sums") continue;
+        const std::string text = read_text(entry.path());
+        const std::size_t start = text.find('\n') + 1;
+        const auto head = nlohmann::json::parse(text.substr(start, text.find('\n', start) - start));
+        EXPECT_EQ(head.at("plan").at(kChances), 3) << "first_chances(2), and the look";
+        ++bands;
+    }
+    EXPECT_GT(bands, 0);
 }
 
 }  // namespace

@@ -53,6 +53,8 @@ TEST_F(GltfMaterials, SixteenBitsThatEightCanHoldTakeEight) {
         for (std::size_t c = 0; c < 4; ++c)
             EXPECT_EQ(deep.code(&deep.rgba[8 * i], c), 257u * eight.rgba[4 * i + c] + (4 * i + c == 5 ? 1 : 0));
     EXPECT_EQ(open(b).size().deep_bytes, 24u) << "headers do not tell";
+    const std::string bytes = encode_png("a.png", picture, {.bits = 16});
+    EXPECT_EQ(read_png_header("a.png", bytes, bytes.size(), 16).decoding_bytes, 24u) << "texels of 8 bits are a copy";
 }
 
 /// Returns a KTX2 of 2x1 texels without compression. transfer: 1 linear, 2 sRGB, 10 PQ; primaries: 1 BT.709, 4 BT.2020.

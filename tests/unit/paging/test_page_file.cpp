@@ -213,7 +213,8 @@ TEST_F(PageFiles, TruncatedFilesAreRefused) {
     EXPECT_FALSE(is_page_file(bad));
     std::string version = whole;
     version[8] = kPageFileVersion + 1;
-    EXPECT_NE(message(version).find(fmt::format("is a page file of version {}", kPageFileVersion + 1)), std::string::npos);
+    EXPECT_NE(message(version).find(fmt::format("is a page file of version {}", kPageFileVersion + 1)),
+              std::string::npos);
     EXPECT_TRUE(is_page_file(bad) && is_page_file(path()));
     std::filesystem::remove(bad);
     for (const std::filesystem::path& none : {bad, folder.path})
