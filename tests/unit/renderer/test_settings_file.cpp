@@ -66,6 +66,7 @@ SavedSettings all_kinds() {
 TEST(SettingsFile, RoundTrips) {
     TemporaryFolder folder;
     SavedSettings s = all_kinds();
+    s.edits.lights.back().edit.ies = (folder / "a, b = c.ies").string();
     for (const EnvironmentChoice& environment :
          {EnvironmentChoice(), EnvironmentChoice(vec3(0.1f, 2, 3)), EnvironmentChoice(folder / "sky.hdr"),
           EnvironmentChoice(SkyPreset::studio), EnvironmentChoice(SkyPreset::neutral),
