@@ -428,10 +428,11 @@ std::string material_tables() {
         "| Property | glTF: pointer in the material | Type | Range | Default | Texture, channels | GPU row | Meaning "
         "|\n"
         "| --- | --- | --- | --- | --- | --- | --- | --- |\n";
-    for (const MaterialProperty& p : material_properties())
+    for (const MaterialProperty& p : material_properties()) {
         const std::string path = *p.path ? fmt::format("`{}`", p.path) : "";
-    text += fmt::format("| `{}` | {} | {} | {} | {} | {} | {} | {} |\n", p.name, path, type_of(p), range_of(p),
-                        default_of(p), texture_of(p), place_of(p.packing, component_count(p.field)), p.meaning);
+        text += fmt::format("| `{}` | {} | {} | {} | {} | {} | {} | {} |\n", p.name, path, type_of(p), range_of(p),
+                            default_of(p), texture_of(p), place_of(p.packing, component_count(p.field)), p.meaning);
+    }
     text +=
         "\n| Texture | glTF: pointer in the material | Encoding | GPU row of the slot | Looked up where "
         "`HALFLIGHT_...` is "
