@@ -94,7 +94,7 @@ std::string Kept::text() const {
 bool can_be_kept(const SceneNeed& need) {
     return need.flag != &N::environment_map && need.flag != &N::light_tree && need.flag != &N::every_light &&
            need.flag != &N::sun && need.flag != &N::slivers && need.flag != &N::texture_levels &&
-           need.flag != &N::catchers;
+           need.flag != &N::catchers && need.flag != &N::solid_panes;  // a bias that pictures name
 }
 
 SceneNeeds kept_needs(const Kept& kept) {

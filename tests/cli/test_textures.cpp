@@ -123,7 +123,7 @@ TEST_F(Textures, KilledProgramsLeaveNothingForTheNextOne) {
     render(scene, pool);
     EXPECT_EQ(cache().size(), 30u);
     for (const std::string& name : cache()) {
-        EXPECT_TRUE(name.ends_with("-1.tiles")) << name;
+        EXPECT_TRUE(name.ends_with("-2.tiles")) << name;
         EXPECT_FALSE(name.starts_with(".")) << "a temporary: " << name;
     }
 }
