@@ -82,7 +82,7 @@ std::optional<float> find_exposure(PreparedScene& scene, const ColorConfig& colo
     // picture.
     s.culling = settings.culling == rays::Culling::off ? rays::Culling::off : rays::Culling::automatic;
     s.pictures = 1;
-    s.frame = ~0u;  // frame number of no picture, so that no sample is shared
+    s.frame = -1;  // frame number of hardly any picture, so that no sample is shared
     bool cancelled = false;
     Renderer renderer(scene, colors, s);
     const RenderResult result = renderer.render(s, [&](const RenderProgress& p) {

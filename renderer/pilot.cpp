@@ -86,7 +86,7 @@ RenderSettings pilot_settings(const RenderSettings& of) {
     s.primary = of.primary;
     s.backfaces = of.backfaces;
     s.kept = of.kept;
-    s.frame = ~0u;  // frame number of no picture, so that no sample is shared
+    s.frame = -1;  // frame number of hardly any picture, so that no sample is shared
     return s;
 }
 

@@ -186,7 +186,7 @@ TEST_F(ChangedPages, LightPassesSolidsInPagesAsInMemory) {
     const Strings straight = words("--glass-shadows straight");
     const std::string core = picture(scene, straight);
     EXPECT_FALSE(core == picture(scene));
-    EXPECT_TRUE(picture(list, straight) == core);
+    EXPECT_FALSE(picture(list, straight) == picture(list));
     done(words("pack", scene, file("a.pages"), "--glass-shadows straight --quiet"));
     EXPECT_TRUE(paged(scene, straight) == core);
     refused(1, command(scene, words("--pages", file("a.pages"))), "--glass-shadows straight", cached);
