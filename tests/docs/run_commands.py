@@ -27,7 +27,7 @@ SMALL = [
     (r"--lights \d+", "--lights 20"),
     (r"--texture-size \d+", "--texture-size 64"),
     (r"--frames \d+-\d+", "--frames 1-3"),
-    (r"\b(samples|width|height|frames)=\d+", lambda m: f"{m[1]}={dict(samples=1, frames=2).get(m[1], 32)}"),
+    (r"\b(samples|width|height|frames)=\d+(?![^\n]*keep_noisy)", lambda m: f"{m[1]}={dict(samples=1, frames=2).get(m[1], 32)}"),
 ]
 DEFAULTS = {  # options per command that are added unless given
     "halflight render": [("--width", "--width 32"), (r"--(samples|time|spp)|-s \d", "--samples 1")],
