@@ -95,7 +95,7 @@ RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback
 RenderResult Renderer::render(const FrameSettings& wanted, const PictureInputs& inputs,
                               const ProgressCallback& progress) {
     state().scene.check_usable();
-    // Those of the caller: what the last camera resolved, such as primary visibility, holds for that camera only.
+    // Checks what the caller asked for. What the last camera resolved, such as primary visibility, holds for it only.
     check_settings(state().asked, wanted,
                    {.shutter = bool(inputs.pose), .checkpoint = inputs.checkpoint != nullptr});
     const Stopwatch watch;

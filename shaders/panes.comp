@@ -43,7 +43,7 @@ void main() {
     float unit = length(ray.direction);
     SolidPanes solids = SolidPanes(ray.t_min > 0.0, 0u, vec3(0.0), vec3(0.0), 0.0);
     if (kScattered && kSolidPanes) solids.began_inside = endless_way(texelFetch(media, int(path))) > 0.0;
-    // What mirrors and clear glass show of solids is bent.
+    // Mirrors and clear glass show solids bent.
     bool bends = false;
     if (kScattered && kSolidPanes) bends = states[path].pdf == 0.0;
     bool by_chance = false;  // the ray stops at a pane that it might have passed
