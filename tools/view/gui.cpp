@@ -120,8 +120,10 @@ void Gui::load_font() {
     style.Colors[ImGuiCol_ModalWindowDimBg] = {0, 0, 0, 0.55f};
     style.ScaleAllSizes(scale_);
     ImGui::GetStyle() = style;
-    ImGui_ImplOpenGL3_DestroyFontsTexture();  // NewFrame() makes it from the new font
+#if IMGUI_VERSION_NUM < 19200  // since then NewFrame() makes the texture from the new font
+    ImGui_ImplOpenGL3_DestroyFontsTexture();
     ImGui_ImplOpenGL3_CreateFontsTexture();
+#endif
     scale_changed_ = false;
 }
 
