@@ -17,6 +17,7 @@
 #include <utility>
 
 #include "engine/core/hash.h"
+#include "engine/core/key_text.h"
 #include "engine/core/memory_ledger.h"
 #include "engine/gpu/context.h"
 #include "engine/io/files.h"
@@ -219,7 +220,8 @@ std::map<int, SavedBand> Checkpoint::bands() const {
     for (const auto& file : files_in(folder_)) {
         const Reader reader(file, advice());
         if (reader.head.fingerprint != fingerprint_)
-            throw Error(folder_.string(), "was made with other settings or from another scene; {}", advice());
+            throw Error(folder_.string(), "is of another picture: {} ({})",
+                        differences(reader.head.fingerprint, fingerprint_), advice());
         bands[reader.head.band.y] = reader.head.band;
     }
     return bands;

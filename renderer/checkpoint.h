@@ -44,8 +44,8 @@ class Checkpoint {
         merge,  // reads the files of a folder, which must exist
     };
 
-    /// Makes or opens the folder. fingerprint: text that tells scene, settings and frame apart. interval: seconds
-    /// between two saves, > 0. wait: seconds to wait for another process that has the folder open. Throws
+    /// Makes or opens the folder. fingerprint: text that tells scene, settings and frame apart (key_text.h). interval:
+    /// seconds between two saves, > 0. wait: seconds to wait for another process that has the folder open. Throws
     /// CheckpointBusy if it keeps it, and Error if the folder cannot be written, and if a file is damaged or has
     /// another fingerprint.
     Checkpoint(std::filesystem::path folder, std::string fingerprint, double interval, Use use = Use::go_on,

@@ -108,7 +108,7 @@ void set_environment(Scene& scene, const EnvironmentChoice& choice, const Log& l
     const bool none = std::holds_alternative<vec3>(choice) && scene.environment.black();
     if (none || added.lit_elsewhere) return;
     const std::vector<Material> unedited = scene.materials;
-    if (added.edits && added.edits->straight_glass) edit_materials({.straight_glass = true}, scene);
+    if (added.straight_glass) edit_materials({.straight_glass = true}, scene);
     add_light(scene, log, added);
     scene.materials = unedited;
 }

@@ -48,7 +48,7 @@ NodeEdit& node_edit(SceneEdits& edits, const std::string& name);
 /// Throws Error about `source`, the option or the element of a file, which errors about the scene name later.
 void add_light_edit(SceneEdits& edits, const std::string& source, const std::string& text);
 /// Returns SceneEdits::straight_glass for "straight" or "bent". Throws Error about the source for other words.
-bool glass_shadows_of(std::string_view text, const std::string& source);
+bool glass_shadows_of(const std::string& source, std::string_view text);
 void add_material_edit(SceneEdits& edits, const std::string& source, const std::string& text);
 void add_node_edit(SceneEdits& edits, const std::string& source, const std::string& text);
 /// Hides nodes, meshes and lights.

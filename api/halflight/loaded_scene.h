@@ -85,9 +85,7 @@ struct AddedLight {
     std::optional<Camera> camera{};    // camera of the picture; none: those of the scene, or its default camera
     double azimuth = kFramingAzimuth;  // azimuth of the camera, degrees from +Z to +X; the neutral sky follows it
     const rays::LazyProbe* probe = nullptr;  // probe of the scene; null: there is none yet
-    // Edits that the scene does not have yet; null: none. Only straight_glass counts, which decides where light arrives.
-    const SceneEdits* edits = nullptr;
-    std::string edits_source{};  // source of the edits in errors (check_edits())
+    bool straight_glass = false;             // SceneEdits::straight_glass, which decides where light arrives
 };
 
 /// Sets the environment of `choice`, with its sun if it has one. Without a choice, a scene gets a neutral sky if its

@@ -13,6 +13,7 @@
 #include "api/sequence/noisy_files.h"
 #include "engine/core/error.h"
 #include "engine/core/image_tools.h"
+#include "engine/core/key_text.h"
 #include "engine/core/stopwatch.h"
 #include "engine/core/suggestion.h"
 #include "engine/gpu/program_binaries.h"
@@ -286,8 +287,9 @@ struct FrameRenderer::State {
     }
     /// Returns the text that tells the checkpoint of a part, or of all samples, from those of other pictures.
     std::string checkpoint_fingerprint(FrameNumber number, int of_part) const {
-        const std::string frame = frame_fingerprint(sums_fingerprint(scene, settings, shutter), number);
-        return of_part > 0 ? fmt::format("{}, part {}", frame, of_part) : frame;
+        KeyText keys(frame_fingerprint(sums_fingerprint(scene, settings, shutter), number));
+        if (of_part > 0) keys.add("part", std::to_string(of_part));
+        return keys.text();
     }
     /// Returns the checkpoint of a frame of the sequence, open; null if there is none. own: the frame is rendered
     /// for itself, and not as a neighbour.

@@ -295,7 +295,7 @@ void add_light_edit(SceneEdits& edits, const std::string& source, const std::str
     light_edit(edits, name) = parsed;
 }
 
-bool glass_shadows_of(std::string_view text, const std::string& source) {
+bool glass_shadows_of(const std::string& source, std::string_view text) {
     if (text != "bent" && text != "straight") throw Error(source, "'{}' is neither bent nor straight", text);
     return text == "straight";
 }

@@ -137,8 +137,7 @@ LoadedScene::LoadedScene(SceneChoice choice, const CameraChoice& camera, const L
                      .camera = camera_.index ? std::nullopt : std::optional(camera_.camera),
                      .azimuth = light_azimuth(),
                      .probe = &probe,
-                     .edits = &choice_.edits,
-                     .edits_source = choice_.edits_source});
+                     .straight_glass = choice_.edits.straight_glass});
     std::ranges::copy_if(scene_.lights, std::back_inserter(suns_), &PunctualLight::of_environment);
     size_ = size_of(scene_);  // with surfaces that edits hide, which later edits may show
     size_.moves = surfaces_move_;

@@ -175,7 +175,7 @@ void read_edits(const Element& file, const fs::path& folder, SceneEdits& edits) 
     with(file, "lamp_radius", [&](const Element& v) { edits.lamp_radius = static_cast<float>(v.number(kEditRadius)); });
     with(file, "sun_angle", [&](const Element& v) { edits.sun_angle = static_cast<float>(v.number(kEditAngle)); });
     with(file, "glass_shadows",
-         [&](const Element& v) { edits.straight_glass = glass_shadows_of(v.text(), v.where()); });
+         [&](const Element& v) { edits.straight_glass = glass_shadows_of(v.where(), v.text()); });
     with(file, "lights", [&](const Element& v) { read_lights(v, folder, edits); });
     with(file, "clay", [&](const Element& v) { edits.clay = v.truth(); });
     with(file, "materials", [&](const Element& v) {

@@ -11,9 +11,10 @@
 #include "api/halflight/frame_names.h"
 #include "api/halflight/statistics.h"
 #include "api/sequence/fingerprint.h"
-#include "api/sequence/key_text.h"
 #include "api/sequence/noisy_file.h"
+#include "api/sequence/source_hash.h"
 #include "engine/core/error.h"
+#include "engine/core/key_text.h"
 #include "engine/gpu/program_cache.h"
 #include "engine/io/files.h"
 #include "renderer/denoise_stage.h"
@@ -90,7 +91,7 @@ class Frames {
         const Known& own = known_.at(frame);
         if (const auto given = known_.find(neighbour); given != known_.end()) {
             const std::string& sums = given->second.header.sums;
-            if (same_keys(sums, own.header.sums, accepted_)) return;
+            if (same_keys(sums, own.header.sums, source_hash(), accepted_)) return;
             throw Error(given->second.path.string(), "is not of the scene and settings of {}: {}", own.path.string(),
                         differences(sums, own.header.sums));
         }
@@ -103,7 +104,7 @@ class Frames {
             std::error_code none;
             if (!std::filesystem::exists(path, none)) continue;
             NoisyHeader header = read_noisy_header(path);
-            if (same_keys(header.sums, own.header.sums, accepted_) && header.frame == neighbour)
+            if (same_keys(header.sums, own.header.sums, source_hash(), accepted_) && header.frame == neighbour)
                 return void(known_.emplace(neighbour, Known{std::move(path), std::move(header)}));
             if (!other) other = std::move(path), why = differences(header.sums, own.header.sums);
         }

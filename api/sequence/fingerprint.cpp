@@ -11,10 +11,10 @@
 #include "api/halflight/camera.h"
 #include "api/halflight/edit_text.h"
 #include "api/halflight/picture_file.h"
-#include "api/sequence/key_text.h"
 #include "api/sequence/source_hash.h"
 #include "engine/core/error.h"
 #include "engine/core/hash.h"
+#include "engine/core/key_text.h"
 #include "engine/core/memory_ledger.h"
 #include "engine/io/files.h"
 #include "engine/io/jpeg.h"
@@ -107,39 +107,57 @@ void add_profile(Fingerprint& print, const LightProfile& profile) {
         print.text({reinterpret_cast<const char*>(numbers->data()), numbers->size() * sizeof(float)});
 }
 
-void add_edits(Fingerprint& print, const LoadedScene& scene) {
-    const SceneEdits& edits = scene.edits();
-    if (edits == SceneEdits()) return;
-    print.text("edits").values("{} {} {} {}", edits.environment_rotation, edits.environment_intensity, edits.emission,
-                               edits.clay);
-    if (edits.lamp_radius) print.values("lamp radius {}", *edits.lamp_radius);
-    if (edits.sun_angle) print.values("sun angle {}", *edits.sun_angle);
-    if (edits.straight_glass) print.text("straight glass");
-    print.text("tint").text(point_text(dvec3(edits.environment_tint)));
-    for (const auto& [index, transform] : edits.transforms) {
-        print.values("instance {}", index);
-        for (int column = 0; column < 4; ++column) print.text(point_text(dvec3(transform[column])));
-    }
-    for (const auto& [name, edit, source] : edits.lights) {
-        LightEdit plain = edit;
-        plain.ies.clear();  // a file may have another name elsewhere
-        print.text("named light").text(name).text(text(plain));
-        if (!edit.ies.empty())
+/// Adds the edits. Those of one number or word stand there as they are; `add` adds a key with the hash of others.
+template <class Add>
+void add_edits(KeyText& keys, const LoadedScene& scene, Add add) {
+    const SceneEdits &edits = scene.edits(), none;
+    const auto number = [&](const char* key, auto value) { keys.add(key, fmt::format("{}", value)); };
+    if (edits.environment_rotation != 0) number("env-rotation", edits.environment_rotation);
+    if (edits.environment_intensity != 1) number("env-intensity", edits.environment_intensity);
+    if (edits.environment_tint != none.environment_tint)
+        keys.add("env-tint", point_text(dvec3(edits.environment_tint)));
+    if (edits.emission != 1) number("emission", edits.emission);
+    if (edits.lamp_radius) number("lamp-radius", *edits.lamp_radius);
+    if (edits.sun_angle) number("sun-angle", *edits.sun_angle);
+    if (edits.straight_glass) keys.add("glass-shadows", "straight");
+    if (edits.clay) keys.add("clay", "yes");
+    add("edits of instances", [&](Fingerprint& print) {
+        for (const auto& [index, transform] : edits.transforms) {
+            print.values("instance {}", index);
+            for (int column = 0; column < 4; ++column) print.text(point_text(dvec3(transform[column])));
+        }
+    });
+    add("edits of lights", [&](Fingerprint& print) {
+        for (const auto& [name, edit, source] : edits.lights) {
+            LightEdit plain = edit;
+            plain.ies.clear();  // a file may have another name elsewhere
+            print.text(name).text(text(plain));
+            if (edit.ies.empty()) continue;
             if (const LightProfile* profile = profile_of_file(scene.scene(), edit.ies)) add_profile(print, *profile);
-    }
-    for (const auto& [name, edit, source] : edits.materials)
-        for (const auto& [property, values] : edit)
-            print.text("named material").text(name).text(property).text(property_text(values));
-    for (const auto& [name, edit, source] : edits.nodes) print.text("node").text(name).text(text(edit));
-    for (const auto& [name, source] : edits.hidden) print.text("hidden").text(name);
-    for (const auto& [name, source] : edits.catchers) print.text("shadow catcher").text(name);
-    if (edits.ground) print.text("ground");
-    if (edits.ground_height) print.values("ground at {}", *edits.ground_height);
-    if (edits.each_light) print.text("each light");
-    for (const auto& [name, lights, source] : edits.light_groups) {
-        print.text("light group").text(name);
-        for (const std::string& light : lights) print.text("of").text(light);
-    }
+        }
+    });
+    add("edits of materials", [&](Fingerprint& print) {
+        for (const auto& [name, edit, source] : edits.materials)
+            for (const auto& [property, values] : edit) print.text(name).text(property).text(property_text(values));
+    });
+    add("edits of nodes", [&](Fingerprint& print) {
+        for (const auto& [name, edit, source] : edits.nodes) print.text(name).text(text(edit));
+    });
+    add("hidden objects", [&](Fingerprint& print) {
+        for (const auto& [name, source] : edits.hidden) print.text(name);
+    });
+    add("shadow catchers", [&](Fingerprint& print) {
+        for (const auto& [name, source] : edits.catchers) print.text(name);
+        if (edits.ground) print.text("ground");
+        if (edits.ground_height) print.values("ground at {}", *edits.ground_height);
+    });
+    add("light groups", [&](Fingerprint& print) {
+        if (edits.each_light) print.text("each light");
+        for (const auto& [name, lights, source] : edits.light_groups) {
+            print.text("light group").text(name);
+            for (const std::string& light : lights) print.text("of").text(light);
+        }
+    });
 }
 
 /// Returns whether a setting applies to the sums of a picture, which are there without it.
@@ -250,7 +268,7 @@ void add_sums(KeyText& keys, const LoadedScene& scene, const RenderSettings& set
     if (scene.choice().line_width > 0) keys.add("line-width", fmt::format("{}", scene.choice().line_width));
     add("camera", [&](Fingerprint& print) { add_camera(print, scene.camera_choice(), scene.chosen_camera()); });
     add("environment", [&](Fingerprint& print) { add_environment(print, scene); });
-    add("edits", [&](Fingerprint& print) { add_edits(print, scene); });
+    add_edits(keys, scene, add);
     add_settings(keys, settings, [](const Setting& s) { return !is_late(s); });
     if (has_halves(settings)) keys.add("halves", "yes");  // a pilot may choose other techniques for them
 }
@@ -349,7 +367,7 @@ FrameFile examine_frame(const std::filesystem::path& path, const std::string& fi
     } catch (const Error&) {
         return FrameFile::incomplete;
     }
-    if (same_keys(found, fingerprint, accepted)) return FrameFile::whole;
+    if (same_keys(found, fingerprint, source_hash(), accepted)) return FrameFile::whole;
     if (why) *why = differences(found, fingerprint);
     return FrameFile::other;
 }

@@ -5,9 +5,9 @@
 
 #include "api/halflight/frame_names.h"
 #include "api/sequence/develop.h"
-#include "api/sequence/key_text.h"
 #include "api/sequence/noisy_files.h"
 #include "engine/core/error.h"
+#include "engine/core/key_text.h"
 #include "engine/core/memory_ledger.h"
 #include "engine/io/files.h"
 

@@ -9,9 +9,9 @@
 
 #include "api/picture/exr_attributes.h"
 #include "api/sequence/fingerprint.h"
-#include "api/sequence/key_text.h"
 #include "engine/core/error.h"
 #include "engine/core/image_tools.h"
+#include "engine/core/key_text.h"
 #include "engine/settings/settings_table.h"
 
 namespace halflight {

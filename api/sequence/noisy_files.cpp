@@ -7,8 +7,9 @@
 
 #include "api/halflight/statistics.h"
 #include "api/sequence/fingerprint.h"
-#include "api/sequence/key_text.h"
+#include "api/sequence/source_hash.h"
 #include "engine/core/error.h"
+#include "engine/core/key_text.h"
 #include "engine/core/memory_ledger.h"
 #include "engine/io/files.h"
 #include "engine/io/temporary_name.h"
@@ -29,8 +30,8 @@ std::optional<NoisyPicture> NoisyFiles::read(FrameNumber frame) const {
         if (!std::filesystem::is_regular_file(path, none)) return std::nullopt;
         try {
             NoisyPicture picture = read_noisy_file(path);
-            if (same_keys(picture.sums, options_.sums, options_.accept_sources) && picture.info.frame == frame &&
-                picture.reach >= options_.reach)
+            if (same_keys(picture.sums, options_.sums, source_hash(), options_.accept_sources) &&
+                picture.info.frame == frame && picture.reach >= options_.reach)
                 return picture;
         } catch (const BudgetError&) {
             throw;

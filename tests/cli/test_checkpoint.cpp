@@ -101,13 +101,14 @@ TEST_F(CheckpointOption, MergedPartsMayHaveOtherOutputsAndColour) {
     done(merge);
     done(words("render", file("whole.exr"), size, "--sample-parts 2"));
     EXPECT_TRUE(same_pixels(file("whole.exr"), file("a.exr")));
-    refused(1, words(merge, "--bounces 1 --quiet"), file("a.exr.parts/1-of-2") + ": ");
+    refused(1, words(merge, "--bounces 1 --quiet"), file("a.exr.parts/1-of-2") + ": is of another picture: bounces");
     EXPECT_TRUE(std::filesystem::exists(file("a.exr.parts/1-of-2/rows-00000.sums")));
 }
 
 TEST_F(CheckpointOption, OtherPicturesAreRefused) {
     stop(arguments(file("a.exr")), SIGTERM);
-    refused(1, arguments(file("a.exr"), "--seed 3"), checkpoint.string() + ": ");
+    refused(1, arguments(file("a.exr"), "--seed 3"),
+            checkpoint.string() + ": is of another picture: seed is as usual, not 3 (");
     EXPECT_TRUE(std::filesystem::exists(saved));
     EXPECT_FALSE(has(done(arguments(file("a.exr"), "--seed 3 --overwrite")).err, "goes on after"));
     done(arguments(file("b.exr"), "--seed 3"));

@@ -44,12 +44,13 @@ void add_edit_options(Options& options, ViewArguments& a) {
          [](SceneEdits& edits, const std::string& option, const std::string& text) {
              edits.sun_angle = static_cast<float>(real(option, text, kEditAngle.lower, kEditAngle.upper));
          });
-    edit("--glass-shadows", "bent|straight",
-         "straight lets light pass all clear solid glass without bending it, which is a bias; only cameras, mirrors and "
-         "other glass show it bent. --material NAME.straight_shadows=0|1 replaces it",
-         [](SceneEdits& edits, const std::string& option, const std::string& text) {
-             edits.straight_glass = glass_shadows_of(text, option);
-         });
+    edit(
+        "--glass-shadows", "bent|straight",
+        "straight lets light pass all clear solid glass without bending it, which is a bias; only cameras, mirrors and "
+        "other glass show it bent. --material NAME.straight_shadows=0|1 replaces it",
+        [](SceneEdits& edits, const std::string& option, const std::string& text) {
+            edits.straight_glass = glass_shadows_of(option, text);
+        });
     edit("--material", "NAME.PROPERTY=VALUE",
          "edits materials: --material floor.roughness=0.3, --material wall.base_color=#8899cc. docs/materials.md lists "
          "the "

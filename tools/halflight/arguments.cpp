@@ -175,7 +175,7 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     pack_options.value("--glass-shadows", "bent|straight",
                        "makes pages for --glass-shadows straight of `halflight render`",
                        [&pack](const std::string& option, const std::string& text) {
-                           pack.choice.edits.straight_glass = glass_shadows_of(text, option);
+                           pack.choice.edits.straight_glass = parsed(glass_shadows_of, option, text);
                        });
     add_memory_option(pack_options);
     add_threads_option(pack_options);

@@ -96,7 +96,7 @@ void run_converge(const ConvergeArguments& a) {
                     {.lamps = a.choice.lamps,
                      .camera = free_camera(scene, a.view),
                      .azimuth = a.choice.light_azimuth.value_or(azimuth_of_light(scene, a.view)),
-                     .edits = &a.choice.edits});
+                     .straight_glass = a.choice.edits.straight_glass});
     apply(a.choice.edits, scene, file.tree_at(0));
     CameraChoice choice = a.view;
     if (a.width && a.height) choice.aspect = eye_aspect(a.settings.optics, {*a.width, *a.height});

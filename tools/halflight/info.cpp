@@ -163,8 +163,7 @@ Json file_facts(const InfoArguments& a, Scene& scene, TraceTables& tables) {
     const Environment own = scene.environment;
     set_environment(scene, a.picture.choice.environment, Log(),
                     {.lamps = a.picture.choice.lamps,
-                     .edits = &a.picture.choice.edits,
-                     .edits_source = a.picture.choice.edits_source});  // the facts contain its warnings
+                     .straight_glass = a.picture.choice.edits.straight_glass});  // the facts contain its warnings
     apply(a.picture.choice.edits, scene, tree, a.picture.choice.edits_source);
     tables = build_trace_tables(scene, kFlattenLimit);
     std::ranges::move(blocked_lights(rays::LazyProbe(scene), scene, scene.cameras),

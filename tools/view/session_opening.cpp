@@ -61,8 +61,7 @@ void take_reference(Session::Opened& o, const Scene& images, const Console& cons
                          .lamps = o.arguments.choice.lamps,
                          .camera = free_camera(scene, o.arguments.view),
                          .azimuth = *o.arguments.choice.light_azimuth,
-                         .edits = &o.arguments.choice.edits,
-                         .edits_source = o.arguments.choice.edits_source});
+                         .straight_glass = o.arguments.choice.edits.straight_glass});
     o.reference_tree = std::make_shared<const SceneTree>(t.file->tree_at(0));
     check_edits(o.arguments.choice.edits, scene, *o.reference_tree, o.arguments.choice.edits_source);
     o.reference = std::make_shared<const Scene>(std::move(scene));

@@ -1,4 +1,4 @@
-#include "api/sequence/key_text.h"
+#include "engine/core/key_text.h"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,6 @@
 #include <utility>
 #include <vector>
 
-#include "api/sequence/source_hash.h"
 #include "engine/core/hash.h"
 
 namespace halflight {
@@ -59,11 +58,12 @@ std::string value_of(std::string_view text, std::string_view key) {
     return std::string(find(keys_of(text), key).value_or(""));
 }
 
-bool same_keys(const std::string& found, const std::string& expected, std::span<const std::string> accepted) {
+bool same_keys(const std::string& found, const std::string& expected, std::string_view own,
+               std::span<const std::string> accepted) {
     if (found == expected) return true;
     const auto good = [&](const std::string& text) {
         const std::string sources = value_of(text, "sources");
-        return sources == source_hash() || std::ranges::find(accepted, sources) != accepted.end();
+        return sources == own || std::ranges::find(accepted, sources) != accepted.end();
     };
     if (!good(found) || !good(expected)) return false;
     Keys a = keys_of(found), b = keys_of(expected);

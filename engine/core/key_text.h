@@ -26,8 +26,9 @@ class KeyText {
 std::string value_of(std::string_view text, std::string_view key);
 
 /// Returns whether two texts are equal. The values of "sources" may differ if each is one of `accepted` or
-/// source_hash().
-bool same_keys(const std::string& found, const std::string& expected, std::span<const std::string> accepted);
+/// `own`, the hash of this program's sources.
+bool same_keys(const std::string& found, const std::string& expected, std::string_view own,
+               std::span<const std::string> accepted);
 
 /// Returns what differs, as phrases: "samples is 4, not 8; scene differs". A key that is missing has its usual value.
 /// Texts without keys, of other programs and versions, have no fingerprint.
