@@ -148,9 +148,8 @@ void add_edits(KeyText& keys, const LoadedScene& scene, Add add) {
     });
     add("shadow catchers", [&](Fingerprint& print) {
         for (const auto& [name, source] : edits.catchers) print.text(name);
-        if (edits.ground) print.text("ground");
-        if (edits.ground_height) print.values("ground at {}", *edits.ground_height);
     });
+    if (edits.ground) keys.add("ground", edits.ground_height ? fmt::format("{}", *edits.ground_height) : "lowest");
     add("light groups", [&](Fingerprint& print) {
         if (edits.each_light) print.text("each light");
         for (const auto& [name, lights, source] : edits.light_groups) {

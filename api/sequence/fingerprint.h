@@ -1,5 +1,6 @@
 // Fingerprints of frames: texts in their files by which later runs recognise frames of the same settings, and tell what
-// differs (engine/core/key_text.h). Hashes stand for files, edits and cameras. Settings that are as usual are left out.
+// differs (engine/core/key_text.h). Hashes stand for files, cameras and edits of several numbers. Settings that are as
+// usual are left out.
 #pragma once
 
 #include <cstdint>

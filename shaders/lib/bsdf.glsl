@@ -28,9 +28,7 @@ vec3 reflectance(Bsdf b, vec3 wo) {
     if (kDiffuseTransmission) sum += b.diffuse_through;
     if (kGlossy) {
         vec3 n = base_normal(b, wo);
-        // A sum, because Mesa 25 ends `precise` at calls and then shares a product with the axes of anisotropy.
-        precise float cosine = n.z * wo.z + n.y * wo.y + n.x * wo.x;
-        vec2 albedo = ggx_albedo(cosine, b.alpha);
+        vec2 albedo = ggx_albedo(ordered_dot(n, wo), b.alpha);
         if (kAnisotropy && b.alpha != b.alpha_across)
             albedo = ggx_albedo(wo * bent_basis(b.normal, b.rough_direction, n), vec2(b.alpha, b.alpha_across));
         float whole = b.alpha > 0.0 ? albedo.x + albedo.y : 1.0;

@@ -1,6 +1,7 @@
 // The layers above the base, the energy that they leave to it, and their rows for path reuse.
 #include "shaders/lib/microfacet.glsl"
 #include "shaders/lib/onb.glsl"
+#include "shaders/shared/ordered_dot.h"
 
 const float kCoatF0 = 0.04;
 
@@ -118,7 +119,7 @@ mat3 bent_basis(vec3 n, vec3 along, vec3 bent) {
 // Returns the directional albedo of the specular lobe: x = E_A, y = E_B.
 vec2 specular_albedo(Layers l, vec3 wo) {
     vec3 n = reflecting_normal(l.normal, l.horizon, wo);
-    vec2 albedo = ggx_albedo(dot(n, wo), l.alpha);
+    vec2 albedo = ggx_albedo(ordered_dot(n, wo), l.alpha);
     if (kAnisotropy && l.alpha != l.alpha_across)
         albedo = ggx_albedo(wo * bent_basis(l.normal, l.rough_direction, n), vec2(l.alpha, l.alpha_across));
     return albedo;

@@ -27,6 +27,7 @@
 #pragma once
 
 #include "shaders/shared/light.h"
+#include "shaders/shared/ordered_dot.h"
 #include "shaders/shared/portable.h"
 
 HALFLIGHT_SHARED_BEGIN
@@ -62,11 +63,6 @@ struct LightNode {
     bool two_sided;   // true: light also leaves along the reversed axis
 };
 
-// Returns dot(a, b), summed from the last term on. Versions of Mesa differ in the order of dot() in precise code.
-HALFLIGHT_SHARED_FUNCTION float ordered_dot(vec3 a, vec3 b) {
-    HALFLIGHT_SHARED_PRECISE float sum = a.z * b.z + a.y * b.y + a.x * b.x;
-    return sum;
-}
 // Returns cos(max(a - b, 0)) for angles a and b in [0, pi], given with their sines.
 HALFLIGHT_SHARED_FUNCTION float cos_of_rest(float cos_a, float sin_a, float cos_b, float sin_b) {
     HALFLIGHT_SHARED_PRECISE float rest = cos_a * cos_b + sin_a * sin_b;

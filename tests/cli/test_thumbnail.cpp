@@ -17,6 +17,12 @@ TEST_F(Thumbnail, IsASquarePictureOfTheScene) {
     EXPECT_EQ(ivec2(picture.width, picture.height), ivec2(48));
     const auto [least, most] = std::ranges::minmax(picture.pixels);
     EXPECT_GT(most - least, 0.2f) << "it shows nothing";
+    write_text(file("c.png"), "of somebody else");
+    done({"thumbnail", scene, file("c"), "--size", "48", "--time", "0.1"});
+    EXPECT_EQ(read_png("c", read_text(file("c")), 4096).width, 48) << "file managers name no format";
+    EXPECT_EQ(read_text(file("c.png")), "of somebody else");
+    std::filesystem::copy(scene, file("model"));
+    refused(2, {"thumbnail", file("model"), file("model")}, "is both input and output");
     done({"thumbnail", scene, file("b.jpg"), "--time", "0.1"});
     EXPECT_TRUE(std::filesystem::exists(file("b.jpg")));
 }

@@ -163,9 +163,10 @@ std::string man_page(const ManualCommand& command, const std::vector<ManualComma
     while (summary.ends_with('.')) summary.pop_back();
     std::string capitals = title;
     std::ranges::transform(capitals, capitals.begin(), [](unsigned char c) { return std::toupper(c); });
-    // Long names cannot be adjusted to both margins.
-    std::string page = fmt::format(".TH {} 1 {} \"halflight {}\" \"User Commands\"\n.ad l\n.nh\n.SH NAME\n{} \\- {}\n",
-                                   roff(capitals), HALFLIGHT_DATE, HALFLIGHT_VERSION, roff(title), roff(summary));
+    // Long names cannot be adjusted to both margins. Macros of groff 1.23 set the adjustment of AD again.
+    std::string page =
+        fmt::format(".TH {} 1 {} \"halflight {}\" \"User Commands\"\n.ds AD l\n.ad l\n.nh\n.SH NAME\n{} \\- {}\n",
+                    roff(capitals), HALFLIGHT_DATE, HALFLIGHT_VERSION, roff(title), roff(summary));
     page += fmt::format(".SH SYNOPSIS\n\\fBhalflight{}\\fR", command.name.empty() ? "" : " " + command.name);
     if (command.name.empty()) page += " \\fICOMMAND\\fR";
     for (const ManualOption& o : command.positionals) {

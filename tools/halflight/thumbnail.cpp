@@ -10,6 +10,7 @@
 
 #include "engine/core/memory_ledger.h"
 #include "engine/io/file_kind.h"
+#include "engine/io/temporary_name.h"
 #include "tools/halflight/commands.h"
 #include "tools/halflight/render_options.h"
 #include "tools/halflight/render_parts.h"
@@ -77,8 +78,11 @@ void finish_thumbnail_options(const CLI::App& app, ThumbnailArguments& a) {
     // Some file managers want a temporary file without an extension, or a hidden one such as
     // .gnome_desktop_thumbnail.X.
     const bool temporary = !is_picture_name(a.outputs[0]) && a.outputs[0].filename().string().starts_with(".");
-    if (!a.outputs[0].has_extension() || temporary)
-        a.named = std::exchange(a.outputs[0], a.outputs[0].string() + ".png");
+    if (!a.outputs[0].has_extension() || temporary) {
+        check_files({a.choice.scene}, {a.outputs[0]});
+        const std::string beside = fmt::format("{}{}.png", temporary_prefix(a.outputs[0]), getpid());
+        a.named = std::exchange(a.outputs[0], a.outputs[0].parent_path() / beside);
+    }
     if (!is_picture_name(a.outputs[0]) || has_exr(a))
         throw UsageError(a.outputs[0].string(), "a thumbnail is a .png, .jpg or .tif");
     check_render_files(a);
@@ -89,9 +93,12 @@ void finish_thumbnail_options(const CLI::App& app, ThumbnailArguments& a) {
 void run_thumbnail(const ThumbnailArguments& a) {
     limit_process(a);
     run_render(a);
-    std::error_code error;
-    if (a.named) std::filesystem::rename(a.outputs[0], *a.named, error);
-    if (error) throw Error(a.named->string(), "cannot be written: {}", error.message());
+    if (!a.named) return;
+    std::error_code error, none;
+    std::filesystem::rename(a.outputs[0], *a.named, error);
+    if (!error) return;
+    std::filesystem::remove(a.outputs[0], none);
+    throw Error(a.named->string(), "cannot be written: {}", error.message());
 }
 
 }  // namespace halflight

@@ -4,6 +4,7 @@
 #include "engine/io/gltf/tinygltf.h"
 
 #include <algorithm>
+#include <iterator>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -41,28 +42,44 @@ std::vector<Unusual> replace_unusual(Json& root) {
     return unusual;
 }
 
-}  // namespace
-
-tinygltf::Model to_model(Json root, const std::string& file) {
-    const std::vector<Unusual> unusual = replace_unusual(root);
-    tinygltf::Model model;
-    // tinygltf keeps the capacity of the lists. Without it, a growing list takes twice its memory.
-    const auto reserve = [&](const char* key, auto& list) {
-        if (root.contains(key)) list.reserve(root[key].size());
-    };
-    reserve("accessors", model.accessors);
-    reserve("bufferViews", model.bufferViews);
-    reserve("meshes", model.meshes);
-    reserve("nodes", model.nodes);
+/// Lets tinygltf read a file, or a part of it.
+tinygltf::Model parse(Json root, const std::string& file) {
     const std::string text = std::exchange(root, nullptr).dump();
     if (text.size() > std::numeric_limits<unsigned>::max())
         throw Error(file, "has {} bytes of JSON without buffers and materials, more than tinygltf reads", text.size());
+    tinygltf::Model model;
     tinygltf::TinyGLTF reader;
     std::string error, warning;
     if (!reader.LoadASCIIFromString(&model, &error, &warning, text.data(), static_cast<unsigned>(text.size()), "", 0)) {
         std::ranges::replace(error, '\n', ' ');
         throw Error(file, "cannot be read by tinygltf: {}", error);
     }
+    return model;
+}
+
+/// Reads nodes, which it takes out of the JSON. Nodes refer to others by index only. tinygltf 2.9 has no way to reserve
+/// a list, and a list that grows takes twice its memory, so a long one is read in pieces.
+std::vector<tinygltf::Node> take_nodes(Json& root, const std::string& file) {
+    constexpr std::size_t kPiece = 65536;
+    Json from = std::move(root["nodes"]);  // null: none
+    root.erase("nodes");
+    std::vector<tinygltf::Node> nodes;
+    nodes.reserve(from.size());
+    for (std::size_t first = 0; first < from.size(); first += kPiece) {
+        Json piece = Json::array();
+        for (std::size_t i = first; i < std::min(first + kPiece, from.size()); ++i) piece.push_back(std::move(from[i]));
+        std::ranges::move(parse({{"nodes", std::move(piece)}}, file).nodes, std::back_inserter(nodes));
+    }
+    return nodes;
+}
+
+}  // namespace
+
+tinygltf::Model to_model(Json root, const std::string& file) {
+    const std::vector<Unusual> unusual = replace_unusual(root);
+    std::vector<tinygltf::Node> nodes = take_nodes(root, file);
+    tinygltf::Model model = parse(std::move(root), file);
+    model.nodes = std::move(nodes);
     for (const Unusual& u : unusual) {
         model.accessors[u.accessor].bufferView = u.buffer_view;
         model.accessors[u.accessor].componentType = u.component_type;

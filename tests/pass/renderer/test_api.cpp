@@ -1,9 +1,12 @@
 // Tests features of the library interface alone: callers' ray servers, and renderers that share scenes and contexts.
 #include <gtest/gtest.h>
 
+#include <set>
+
 #include "api/halflight/ray_server.h"
 #include "api/sequence/fingerprint.h"
 #include "engine/core/interruption.h"
+#include "engine/core/key_text.h"
 #include "engine/io/files.h"
 #include "engine/rays/rays.h"
 #include "tests/cli/animated_scenes.h"
@@ -242,6 +245,39 @@ colorspaces:
         write_file(folder / name, text);  // another file with the same bytes may have had others in between
         EXPECT_EQ(error_message(print), std::string(folder / name) + ": has changed since it was loaded");
     }
+}
+
+TEST_F(ApiTest, EachEditHasAFingerprintOfItsOwn) {
+    LoadedScene scene = cornell();
+    const std::string mesh = "mesh:" + scene.scene().meshes[0].name, material = scene.scene().materials[0].name;
+    const std::vector<std::pair<std::string, SceneEdits>> all = {
+        {"", {}},
+        {"env-rotation", {.environment_rotation = 90}},
+        {"env-intensity", {.environment_intensity = 2}},
+        {"env-tint", {.environment_tint = vec3(1, 0.5f, 0.5f)}},
+        {"emission", {.emission = 2}},
+        {"lamp-radius", {.lamp_radius = 2.0f}},
+        {"sun-angle", {.sun_angle = 2.0f}},
+        {"glass-shadows", {.straight_glass = true}},
+        {"clay", {.clay = true}},
+        {"instances", {.transforms = {{0, dmat4(1)}}}},
+        {"materials", {.materials = {{material, {{"metallic", {1}}}}}}},
+        {"hidden", {.hidden = {{mesh}}}},
+        {"catchers", {.catchers = {{mesh}}}},
+        {"ground", {.ground = true}},
+        {"ground", {.ground = true, .ground_height = 2.0}},
+        {"groups", {.each_light = true}}};
+    const std::string plain = sums_fingerprint(scene, settings(), {});
+    std::set<std::string> prints;
+    for (const auto& [key, edits] : all) {
+        scene.edit(edits);
+        const std::string print = sums_fingerprint(scene, settings(), {});
+        EXPECT_TRUE(prints.insert(print).second) << key;
+        EXPECT_TRUE(key.empty() || differences(print, plain).find(key) != std::string::npos)
+            << differences(print, plain);
+    }
+    scene.edit({});
+    EXPECT_EQ(sums_fingerprint(scene, settings(), {}), plain);
 }
 
 TEST_F(ApiTest, FreedScenesGoOnWithTheirRendererAlone) {
