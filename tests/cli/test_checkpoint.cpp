@@ -56,7 +56,7 @@ TEST_F(CheckpointOption, InterruptedPicturesGoOnToTheSameBits) {
 // Frame 0 is a neighbour that the denoiser renders, and no frame of the sequence.
 TEST_F(CheckpointOption, InterruptedFramesGoOnToTheSameBits) {
     const auto frames = [&](const std::string& output) {
-        return words("render", scene, output, "--width 48 --height 48 --samples 160 --denoise --denoise-frames 1",
+        return words("render", scene, output, "--width 48 --height 48 --samples 40 --denoise --denoise-frames 1",
                      "--turntable 8 --frames 1-2 --shutter 0.5 --checkpoint 0.02");
     };
     done(frames(file("whole.#.exr")));

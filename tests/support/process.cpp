@@ -78,7 +78,9 @@ Outcome run(const std::vector<std::string>& command, const RunOptions& options) 
         return Descriptor(open(path.c_str(), O_WRONLY | O_CLOEXEC), path);
     };
     Descriptor output = target(options.stdout_path, out), errors = target(options.stderr_path, err);
-    Process process(arguments, {.environment = options.environment,
+    std::vector<std::string> environment = options.environment;
+    if (options.terminal) environment.emplace_back("TERM=xterm");
+    Process process(arguments, {.environment = environment,
                                 .output = options.terminal ? errors.get() : output.get(),
                                 .errors = errors.get(),
                                 .own_group = false});
