@@ -110,12 +110,11 @@ void add_profile(Fingerprint& print, const LightProfile& profile) {
 /// Adds the edits. Those of one number or word stand there as they are; `add` adds a key with the hash of others.
 template <class Add>
 void add_edits(KeyText& keys, const LoadedScene& scene, Add add) {
-    const SceneEdits &edits = scene.edits(), none;
+    const SceneEdits& edits = scene.edits();
     const auto number = [&](const char* key, auto value) { keys.add(key, fmt::format("{}", value)); };
     if (edits.environment_rotation != 0) number("env-rotation", edits.environment_rotation);
     if (edits.environment_intensity != 1) number("env-intensity", edits.environment_intensity);
-    if (edits.environment_tint != none.environment_tint)
-        keys.add("env-tint", point_text(dvec3(edits.environment_tint)));
+    if (edits.environment_tint != vec3(1)) keys.add("env-tint", point_text(dvec3(edits.environment_tint)));
     if (edits.emission != 1) number("emission", edits.emission);
     if (edits.lamp_radius) number("lamp-radius", *edits.lamp_radius);
     if (edits.sun_angle) number("sun-angle", *edits.sun_angle);
