@@ -1,7 +1,7 @@
 // Ray queries of Embree 3 and 4, whose interfaces differ. All else that this project calls is equal in both.
 #pragma once
 
-#if __has_include(<embree4/rtcore.h>)  // CMakeLists.txt prefers version 4, too
+#if HALFLIGHT_EMBREE >= 4  // the version that CMakeLists.txt has found, because both may be installed
 #include <embree4/rtcore.h>
 #else
 #include <embree3/rtcore.h>
@@ -11,7 +11,7 @@
 
 namespace halflight::embree {
 
-#if RTC_VERSION_MAJOR >= 4
+#if HALFLIGHT_EMBREE >= 4
 using Context = RTCRayQueryContext;
 inline constexpr RTCSceneFlags kQueriesFilter = RTC_SCENE_FLAG_FILTER_FUNCTION_IN_ARGUMENTS;
 #else
@@ -30,7 +30,7 @@ struct Query {
     /// leave it out; for packets only.
     template <auto kFunction, class Rays, class... Valid>
     void trace(RTCScene scene, Rays* rays, Valid... valid) {
-#if RTC_VERSION_MAJOR >= 4
+#if HALFLIGHT_EMBREE >= 4
         constexpr bool kCloses =
             std::is_invocable_v<decltype(kFunction), Valid..., RTCScene, Rays*, RTCIntersectArguments*>;
         std::conditional_t<kCloses, RTCIntersectArguments, RTCOccludedArguments> arguments;

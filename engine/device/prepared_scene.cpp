@@ -81,7 +81,10 @@ PreparedScene::Shape PreparedScene::shape() const {
 }
 
 PreparedScene::PreparedScene(gpu::Context& context, const Scene& scene, const PrepareOptions& options)
-    : context_(context), options_(options), programs_(context.binaries()), asked_estimator_(options.estimator) {
+    : context_(context),
+      options_(options),
+      programs_(options.programs ? options.programs : std::make_shared<gpu::ProgramCache>(context.binaries())),
+      asked_estimator_(options.estimator) {
     options_.pages ? prepare_pages(scene) : prepare(scene);
     origin_ = tables_.origin;
 }

@@ -36,6 +36,8 @@ struct PrepareOptions {
     std::size_t tile_bytes = std::size_t{256} << 20;  // bytes of device memory for textures in tiles
     // Called by the constructor once it does not read the scene any more, before hierarchies of large scenes are built.
     std::function<void()> scene_read{};
+    // Programs of earlier scenes of the same context, which this one shares and adds to. Null: it has its own.
+    std::shared_ptr<gpu::ProgramCache> programs{};
 };
 
 /// A scene prepared for rendering. It changes by update(), and by settle() before the first picture; programs are added
@@ -84,7 +86,7 @@ class PreparedScene {
     /// Sets the estimator that a pilot (renderer/pilot.h) found or is to try, for renderers made from here on, and adds
     /// the seconds that it took.
     void settle(const Estimator& piloted, double seconds);
-    gpu::ProgramCache& programs() { return programs_; }
+    gpu::ProgramCache& programs() { return *programs_; }
     std::size_t bytes() const;                   ///< Returns bytes on the device.
     double seconds() const { return seconds_; }  ///< Returns seconds of construction or last update, with pilots.
     const rays::HierarchyCounts& hierarchies() const {
@@ -119,7 +121,7 @@ class PreparedScene {
     std::uint32_t pools_ = 0;                            // number of pools so far
     rays::CullTree cull_tree_;
     std::unique_ptr<Memory> memory_;  // state of the last pose; null unless something moves
-    gpu::ProgramCache programs_;
+    std::shared_ptr<gpu::ProgramCache> programs_;
     bool has_environment_ = false;
     bool usable_ = true;  // false: an update has failed
     Estimator estimator_;

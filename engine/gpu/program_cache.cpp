@@ -178,7 +178,10 @@ std::unique_ptr<Program> ProgramCache::made(const std::string& key, const Entry&
 template <class... Stages>
 const Program& ProgramCache::get(const Defines& defines, const Stages&... stages) {
     std::string key = key_of(defines, stages...);
-    if (const auto found = entries_.find(key); found != entries_.end()) return *found->second.program;
+    if (const auto found = entries_.find(key); found != entries_.end()) {
+        found->second.used = true;
+        return *found->second.program;
+    }
     Entry entry{{stages...}, defines, nullptr};
     entry.program = made(key, entry);
     return *entries_.emplace(std::move(key), std::move(entry)).first->second.program;
@@ -217,6 +220,11 @@ void ProgramCache::compile_ahead(std::vector<ExpectedProgram> programs) {
 
 void ProgramCache::end_ahead() {
     ahead_.reset();
+}
+
+void ProgramCache::remove_unused() {
+    std::erase_if(entries_, [](const auto& entry) { return !entry.second.used; });
+    for (auto& [key, entry] : entries_) entry.used = false;
 }
 
 std::size_t ProgramCache::reload() {

@@ -25,8 +25,8 @@ struct ExpectedProgram {
 /// threads, and Mesa keeps its machine code on disk.
 bool can_compile_ahead();
 
-/// Owner of every variant of a program. References stay valid as long as the cache; reload() replaces the programs that
-/// they refer to.
+/// Owner of every variant of a program. References stay valid as long as the cache, or until remove_unused(); reload()
+/// replaces the programs that they refer to.
 class ProgramCache {
   public:
     /// Creates a cache. `binaries` is as for Program and must outlive the cache.
@@ -47,6 +47,8 @@ class ProgramCache {
     /// Waits for the program that is being compiled. Those that were not asked for are dropped.
     void end_ahead();
 
+    /// Removes the programs that were not asked for since the last call. References to them end.
+    void remove_unused();
     /// Recompiles the programs whose shaders have changed (HALFLIGHT_SHADERS), and returns their number. They lose the
     /// values of their uniforms. Throws what Program throws for the first program that fails; then all programs stay as
     /// they were.
@@ -63,6 +65,7 @@ class ProgramCache {
         std::vector<ShaderSource> stages;  // a compute shader, or a vertex and a fragment shader
         Defines defines;
         std::unique_ptr<Program> program;
+        bool used = true;  // since the last remove_unused()
     };
     class Ahead;
     template <class... Stages>

@@ -4,7 +4,9 @@
 #include <cctype>
 #include <charconv>
 #include <cmath>
+#include <optional>
 #include <system_error>
+#include <utility>
 
 #include "engine/core/error.h"
 #include "engine/io/files.h"
@@ -14,6 +16,7 @@ namespace {
 
 constexpr double kMostCandela = 1e12;
 constexpr double kLeastStep = 1e-4;  // degrees, so that radians in float32 differ
+constexpr double kTypeC = 1, kTypeB = 2, kTypeA = 3;
 
 bool is_space(char c) {
     return c == ' ' || c == '\t' || c == '\r' || c == '\n' || c == '\f' || c == '\v' || c == ',' || c == '\x1a' ||
@@ -85,11 +88,12 @@ class Reader {
     }
 
     /// Reads ascending angles, degrees.
-    std::vector<double> angles(const char* what, std::size_t count, double most) {
+    std::vector<double> angles(const char* what, std::size_t count, double least, double most) {
         std::vector<double> all;
         for (std::size_t i = 0; i < count; ++i) {
             all.push_back(number(what, i, count));
-            if (!(all[i] >= 0 && all[i] <= most)) fail("{} {} is {}, not from 0 to {}", what, i + 1, all[i], most);
+            if (!(all[i] >= least && all[i] <= most))
+                fail("{} {} is {}, not from {} to {}", what, i + 1, all[i], least, most);
             if (i > 0 && !(all[i] - all[i - 1] > kLeastStep))
                 fail("{} {} is {}, not greater than {} before it", what, i + 1, all[i], all[i - 1]);
         }
@@ -113,7 +117,7 @@ bool read_keywords(Reader& reader) {
         if (tilt == "INCLUDE") {
             reader.number("lamp to luminaire geometry of TILT");
             const std::size_t pairs = reader.count("number of TILT angles", 1);
-            reader.angles("TILT angle", pairs, 180);
+            reader.angles("TILT angle", pairs, 0, 180);
             for (std::size_t i = 0; i < pairs; ++i) reader.number("TILT factor", i, pairs);
         }
         // Later editions put "IESNA:LM-63-1995", "IESNA:LM-63-2002" or "IES:LM-63-2019" into their first line.
@@ -170,6 +174,88 @@ void complete(Table& table, const Reader& reader) {
     if (angles.back() != 360) reader.fail("horizontal angles end at {}, not at 0, 90, 180 or 360", last);
 }
 
+/// Place of an angle in a list of ascending ones.
+struct Place {
+    std::size_t first = 0;  // index of the angle before it
+    double t = 0;           // place between that and the next, [0, 1]
+};
+
+/// Returns the place of an angle of type A or B, degrees; none beyond the angles. A list that begins at 0 is symmetric.
+std::optional<Place> place_of(double angle, const std::vector<double>& angles) {
+    constexpr double kRounding = 1e-9;
+    if (angles.front() == 0) angle = std::abs(angle);
+    if (angle < angles.front() - kRounding || angle > angles.back() + kRounding) return std::nullopt;
+    const auto next = std::ranges::upper_bound(angles, angle) - angles.begin();
+    const auto first = static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(next, 1, std::ssize(angles) - 1) - 1);
+    return Place{first, std::clamp((angle - angles[first]) / (angles[first + 1] - angles[first]), 0.0, 1.0)};
+}
+
+/// Returns the intensity of a table of type A or B, bilinear between its angles and zero beyond them.
+double candela_at(const Table& table, double vertical, double horizontal) {
+    const auto v = place_of(vertical, table.vertical), h = place_of(horizontal, table.horizontal);
+    if (!v || !h) return 0;
+    const double* const column = &table.candela[h->first * table.vertical.size() + v->first];
+    const double* const next = column + table.vertical.size();
+    return glm::mix(glm::mix(column[0], column[1], v->t), glm::mix(next[0], next[1], v->t), h->t);
+}
+
+/// Returns the intensities `value(vertical, horizontal)` at angles of type C.
+template <class F>
+Table sampled(std::vector<double> vertical, std::vector<double> horizontal, const F& value) {
+    Table table{std::move(vertical), std::move(horizontal), {}};
+    table.candela.reserve(table.vertical.size() * table.horizontal.size());
+    for (const double h : table.horizontal)
+        for (const double v : table.vertical) table.candela.push_back(value(v, h));
+    return table;
+}
+
+/// Returns a table of type A as one of type C. Both have a vertical axis. Type A counts vertical angles from the
+/// horizon, and horizontal ones clockwise (LM-63-2002, section 3). The intensities are the same.
+Table from_type_a(const Table& a) {
+    const auto turned = [](double h) { return h > 0 ? 360 - h : -h; };
+    std::vector<double> vertical, horizontal{0, 360};
+    for (const double v : a.vertical) {
+        vertical.push_back(90 + v);
+        if (a.vertical.front() == 0) vertical.push_back(90 - v);
+    }
+    const double edge = 2 * kLeastStep;  // between the last intensity and the dark
+    for (const double h : a.horizontal) horizontal.insert(horizontal.end(), {turned(h), turned(-h)});
+    for (const double h : {a.horizontal.front() - edge, a.horizontal.back() + edge})
+        if (std::abs(h) < 180) horizontal.insert(horizontal.end(), {turned(h), turned(-h)});
+    for (std::vector<double>* const angles : {&vertical, &horizontal}) {
+        std::ranges::sort(*angles);
+        const auto same = std::ranges::unique(*angles, [](double x, double y) { return y - x <= kLeastStep; });
+        angles->erase(same.begin(), same.end());
+    }
+    horizontal.back() = 360;
+    return sampled(std::move(vertical), std::move(horizontal),
+                   [&](double v, double h) { return candela_at(a, v - 90, h > 180 ? 360 - h : -h); });
+}
+
+/// Returns a table of type B, sampled at angles of type C. The axis of type B is horizontal: the vertical angle turns
+/// from the direction of the lamp to the horizontal angle 0 of type C, and the horizontal one leaves that plane
+/// clockwise (LM-63-2002, section 3).
+Table from_type_b(const Table& b) {
+    double step = 10;
+    for (const std::vector<double>* const angles : {&b.vertical, &b.horizontal})
+        for (std::size_t i = 1; i < angles->size(); ++i) step = std::min(step, (*angles)[i] - (*angles)[i - 1]);
+    step = std::max(step / 2, 0.5);
+    const auto regular = [step](double last) {
+        const double parts = std::ceil(last / step);
+        std::vector<double> all;
+        for (int i = 0; i <= int(parts); ++i) all.push_back(last * i / parts);
+        return all;
+    };
+    const bool above = b.vertical.front() < -90 || b.vertical.back() > 90;
+    return sampled(regular(above ? 180 : 90), regular(360), [&](double v, double h) {
+        const dvec2 down(std::cos(glm::radians(v)), std::sin(glm::radians(v)));
+        const double x = down.y * std::cos(glm::radians(h)), y = down.y * std::sin(glm::radians(h));
+        return candela_at(b,
+                          std::clamp(glm::degrees(std::atan2(x, down.x)), above ? -180.0 : -90.0, above ? 180.0 : 90.0),
+                          -glm::degrees(std::asin(std::clamp(y, -1.0, 1.0))));
+    });
+}
+
 }  // namespace
 
 LightProfile read_ies(const std::string& name, std::string_view text) {
@@ -184,9 +270,9 @@ LightProfile read_ies(const std::string& name, std::string_view text) {
     if (rows * columns > kMostIesValues)
         reader.fail("has {} x {} candela values, more than {}", rows, columns, kMostIesValues);
     const double type = reader.number("photometric type");
-    if (type == 2 || type == 3)
-        throw UnsupportedProfile(name, "is of photometric type {}; only type C can be read", type == 2 ? "B" : "A");
-    if (type != 1) reader.fail("photometric type is {}, not 1 (C), 2 (B) or 3 (A)", type);
+    if (type != kTypeC && type != kTypeB && type != kTypeA)
+        reader.fail("photometric type is {}, not 1 (C), 2 (B) or 3 (A)", type);
+    if (type != kTypeC && columns < 2) reader.fail("has one horizontal angle, which only photometric type C allows");
     const double units = reader.number("type of units");
     if (units != 1 && units != 2) reader.fail("type of units is {}, not 1 (feet) or 2 (metres)", units);
     for (const char* const side : {"width", "length", "height"}) reader.number(side);
@@ -199,8 +285,10 @@ LightProfile read_ies(const std::string& name, std::string_view text) {
     reader.number("input watts");
 
     Table table;
-    table.vertical = reader.angles("vertical angle", rows, 180);
-    table.horizontal = reader.angles("horizontal angle", columns, 360);
+    // Types A and B have latitudes, and longitudes that may go round.
+    const double vertical = type == kTypeA ? 90 : 180, horizontal = type == kTypeC ? 360 : type == kTypeA ? 180 : 90;
+    table.vertical = reader.angles("vertical angle", rows, type == kTypeC ? 0 : -vertical, vertical);
+    table.horizontal = reader.angles("horizontal angle", columns, type == kTypeC ? 0 : -horizontal, horizontal);
     double most = 0;
     for (std::size_t i = 0; i < rows * columns; ++i) {
         const double candela = factor * reader.number("candela value", i, rows * columns);
@@ -210,7 +298,10 @@ LightProfile read_ies(const std::string& name, std::string_view text) {
         most = std::max(most, candela);
     }
     if (!reader.at_end()) reader.fail("has more numbers than its {} x {} candela values", rows, columns);
-    complete(table, reader);
+    if (type == kTypeC)
+        complete(table, reader);
+    else
+        table = type == kTypeA ? from_type_a(table) : from_type_b(table);
 
     LightProfile profile{.name = name, .candela = static_cast<float>(most)};
     for (const double angle : table.vertical) profile.vertical.push_back(static_cast<float>(glm::radians(angle)));

@@ -6,7 +6,6 @@
 #include <string>
 #include <string_view>
 
-#include "engine/core/error.h"
 #include "engine/scene/light_profile.h"
 
 namespace halflight {
@@ -15,12 +14,6 @@ inline constexpr std::size_t kMostIesBytes = std::size_t{1} << 24;  ///< bytes o
 inline constexpr std::size_t kMostIesValues = std::size_t{1}
                                               << 18;  ///< candela values of a file; 0.5 degrees have 260281
 
-/// A file of a photometric type that cannot be read. Others may be able to read it.
-class UnsupportedProfile : public Error {
-  public:
-    using Error::Error;
-};
-
 /// Reads the text of a file. `name` becomes LightProfile::name and the subject of errors.
 ///
 /// Candela values are multiplied by the file's candela multiplier and ballast factor, and by the ballast-lamp
@@ -28,8 +21,12 @@ class UnsupportedProfile : public Error {
 /// symmetric, and its table is completed. Keywords are skipped. Factors of TILT=INCLUDE are checked and not applied,
 /// nor is the file of TILT=FILE read: they concern lamps that are mounted at another angle than they were measured.
 ///
-/// Throws UnsupportedProfile for photometric types A and B, and Error of one line for files that are damaged, truncated
-/// or too large.
+/// Photometric types A and B become type C. The vertical angle 0 of type A lies in the horizon, so its beam leaves the
+/// lamp along the horizontal angle 0 of type C. Type B has another axis: its table is sampled anew, at half its smallest
+/// step or half a degree. Where their angles begin at 0, the other side is symmetric; beyond their angles the lamp is
+/// dark.
+///
+/// Throws Error of one line for files that are damaged, truncated or too large.
 LightProfile read_ies(const std::string& name, std::string_view text);
 
 /// Reads a file; its name becomes name and path of the profile. Throws the Error of read_file(), and that of the text.

@@ -40,7 +40,7 @@ bool RendererCache::needs_scene(const Request& r) const {
 }
 
 bool RendererCache::reload_shaders() {
-    if (!scene_ || scene_->programs().reload() == 0) return false;
+    if (programs_->reload() == 0) return false;
     reloaded_ = true;  // renderers may be in use
     return true;
 }
@@ -54,9 +54,10 @@ void RendererCache::prepare_scene(const Request& r) {
         if (!known) {
             clear_renderers();
             scene_.reset();  // frees the old scene first: two may not fit into memory
+            programs_->remove_unused();
             trim_memory();
             raster_ = raster;
-            PrepareOptions options{.raster_culling = raster, .pages = r.pages};
+            PrepareOptions options{.raster_culling = raster, .pages = r.pages, .programs = programs_};
             const std::size_t pool = r.pool_bytes > 0 ? r.pool_bytes : MemoryLedger::process().free() / 2;
             options.pool_bytes = [pool](const SceneNeeds&) { return pool; };
             scene_ =

@@ -21,7 +21,10 @@ class RendererCache {
   public:
     /// The context must outlive this object. `budget` is that of Resolution, seconds.
     RendererCache(gpu::Context& context, ColorConfig colors, double budget)
-        : context_(context), colors_(std::move(colors)), resolution_(budget) {}
+        : context_(context),
+          colors_(std::move(colors)),
+          programs_(std::make_shared<gpu::ProgramCache>(context.binaries())),
+          resolution_(budget) {}
 
     /// Returns whether prepare() will have to build the scene's tables and hierarchies.
     bool needs_scene(const Request& request) const;
@@ -67,6 +70,9 @@ class RendererCache {
     ColorConfig colors_;
     Request request_;
     bool reloaded_ = false;  // shaders have been reloaded since the last prepare()
+    // Programs outlive scenes: one that is loaded anew needs the same, and drivers keep memory of each that they
+    // compile.
+    std::shared_ptr<gpu::ProgramCache> programs_;
     std::unique_ptr<PreparedScene> scene_;
     bool raster_ = false;  // the scene is prepared for raster culling
     std::map<Kind, Renderer> renderers_;

@@ -9,6 +9,7 @@
 #include "engine/core/suggestion.h"
 #include "engine/io/file_kind.h"
 #include "engine/io/files.h"
+#include "engine/io/gltf/area_lights.h"
 #include "engine/io/gltf/buffers.h"
 #include "engine/io/gltf/driven.h"
 #include "engine/io/gltf/extras.h"
@@ -422,6 +423,7 @@ GltfDocument open_gltf(const fs::path& path, const GltfOptions& options) {
     const std::set<std::string> required = check_extensions(root, document);
     check_values(root, document, faults);
     choose_variant(root, document);
+    const std::vector<std::size_t> area_lights = add_area_lights(root, document);
     document.uses = find_uses(root, document.animations);
     for (const auto& [list, index, error] : faults) document.tolerate_unused(list, index, error);
     if (root.contains("materials")) {
@@ -441,7 +443,8 @@ GltfDocument open_gltf(const fs::path& path, const GltfOptions& options) {
     const Json profiles = root.value(Json::json_pointer("/extensions/EXT_lights_ies/lights"), Json::array());
     document.model = to_model(std::move(root), document.file);
     choose_images(document, required);
-    read_light_profiles(profiles, required.contains("EXT_lights_ies"), document);
+    read_light_profiles(profiles, document);
+    scale_area_lights(area_lights, document);
     return document;
 }
 

@@ -62,9 +62,8 @@ class GltfWarnings {
 
 /// An element of the list of EXT_lights_ies. Elements with the same URI or buffer view share a profile.
 struct GltfProfileElement {
-    std::string name{};        // name for users
-    int profile = kNone;       // index into GltfDocument::light_profiles; kNone: lamps are dark
-    std::string unreadable{};  // why it is kNone
+    std::string name{};   // name for users
+    int profile = kNone;  // index into GltfDocument::light_profiles; kNone: no node uses it
 };
 
 /// Decompressed buffer views, by index, and what reading has found.

@@ -36,9 +36,9 @@ LightProfile read_profile(GltfDocument& document, const nlohmann::json& from, co
     const ByteSource bytes =
         in_view ? document.view_bytes(from["bufferView"].get<int>()) : document.open_uri(uri, element);
     if (bytes.size() > kMostIesBytes) document.fail(element, "has {} bytes, more than {}", bytes.size(), kMostIesBytes);
-    // A value has two bytes of text. Symmetry repeats it four times, in tables of float64 and float32 that grow by
-    // factors of two; two copies stay.
-    const std::size_t text = bytes.size(), values = 4 * std::min(text / 2, kMostIesValues);
+    // A value has two bytes of text. Symmetry repeats it four times, and type B is sampled anew, in tables of float64
+    // and float32 that grow by factors of two; two copies stay.
+    const std::size_t text = bytes.size(), values = std::max(4 * std::min(text / 2, kMostIesValues), kMostIesValues);
     MemoryLedger::process().check(text + values * (2 * sizeof(double) + 4 * sizeof(float)),
                                   fmt::format("{}: {}", document.file, element), "light profile");
     std::string buffer;
@@ -52,7 +52,7 @@ const GltfProfileElement& profile_of(const GltfDocument& document, const tinyglt
 
 }  // namespace
 
-void read_light_profiles(const nlohmann::json& list, bool required, GltfDocument& document) {
+void read_light_profiles(const nlohmann::json& list, GltfDocument& document) {
     std::map<std::pair<int, std::string_view>, std::size_t> first;  // element that has read a buffer view or URI
     std::size_t bytes = 0;
     document.profiles.resize(list.size());
@@ -69,22 +69,16 @@ void read_light_profiles(const nlohmann::json& list, bool required, GltfDocument
         const auto key = in_view ? std::pair(from["bufferView"].get<int>(), std::string_view())
                                  : std::pair(kNone, std::string_view(from["uri"].get_ref<const std::string&>()));
         if (const auto [known, added] = first.emplace(key, i); !added) {
-            const GltfProfileElement& same = document.profiles[known->second];
-            profile.profile = same.profile;
-            profile.unreadable = same.unreadable;
+            profile.profile = document.profiles[known->second].profile;
             continue;
         }
-        try {
-            LightProfile table = read_profile(document, from, element);
-            table.name = profile.name;
-            bytes += 2 * bytes_of(table);  // the scene has a copy
-            profile.profile = static_cast<int>(document.light_profiles.size());
-            document.light_profiles.push_back(std::move(table));
-            document.profile_memory = {MemoryLedger::process(), MemoryPart::scene, bytes};
-        } catch (const UnsupportedProfile& error) {
-            if (required) throw;
-            profile.unreadable = fmt::format("{} {}", element, error.reason());
-        }
+        LightProfile table = read_profile(document, from, element);
+        table.name = profile.name;
+        if (table.candela == 0) document.warnings.add("has no light: all its intensities are 0", element);
+        bytes += 2 * bytes_of(table);  // the scene has a copy
+        profile.profile = static_cast<int>(document.light_profiles.size());
+        document.light_profiles.push_back(std::move(table));
+        document.profile_memory = {MemoryLedger::process(), MemoryPart::scene, bytes};
     }
 }
 
@@ -98,13 +92,7 @@ std::string name_of_profile(const GltfDocument& document, const tinygltf::Value&
 
 PunctualLight convert_profile_light(GltfDocument& document, const tinygltf::Value& reference, std::size_t node) {
     PunctualLight light;
-    const GltfProfileElement& element = profile_of(document, reference);
-    light.profile = element.profile;
-    if (light.profile == kNone) {
-        document.warnings.add(fmt::format("is a dark lamp: {}", element.unreadable), fmt::format("nodes[{}]", node));
-        light.intensity = vec3(0);
-        return light;
-    }
+    light.profile = profile_of(document, reference).profile;
     const LightProfile& profile = document.light_profiles[static_cast<std::size_t>(light.profile)];
     const double multiplier = reference.Has("multiplier") ? reference.Get("multiplier").GetNumberAsDouble() : 1;
     bool inside = multiplier >= 0;

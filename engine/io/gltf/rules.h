@@ -37,8 +37,9 @@ struct GltfRule {
     bool dropped = false;  // whether a fault removes the object, or the element of its array, with a warning
 };
 
-/// Name of the list of profiles of EXT_lights_ies. Its key, "lights", is that of another list.
+/// Names of the lists of EXT_lights_ies and EXT_lights_area. Their key, "lights", is that of another list.
 inline constexpr const char* kLightProfileList = "light profiles";
+inline constexpr const char* kAreaLightList = "area lights";
 
 /// Rules of an object, by its type.
 using GltfRules = std::map<std::string, std::vector<GltfRule>, std::less<>>;

@@ -33,6 +33,7 @@ class Checker {
         }
         for (const auto& [list, place] : {std::pair("lights", "/extensions/KHR_lights_punctual/lights"),
                                           std::pair(kLightProfileList, "/extensions/EXT_lights_ies/lights"),
+                                          std::pair(kAreaLightList, "/extensions/EXT_lights_area/lights"),
                                           std::pair("variants", "/extensions/KHR_materials_variants/variants")}) {
             const Json::json_pointer pointer(place);
             if (root.contains(pointer) && root[pointer].is_array()) list_sizes_[list] = root[pointer].size();

@@ -84,6 +84,18 @@ TEST_F(ProgramCacheTest, ProgramsCompiledAheadGiveTheSameResults) {
     EXPECT_EQ(run(later, "9"), 110u);
 }
 
+TEST_F(ProgramCacheTest, ProgramsThatNobodyAsksForAreRemoved) {
+    ProgramCache cache;
+    run(cache, "2"), run(cache, "3");
+    cache.remove_unused();
+    EXPECT_EQ(cache.count(), 2u) << "both are new";
+    run(cache, "3");
+    cache.remove_unused();
+    EXPECT_EQ(cache.count(), 1u);
+    EXPECT_EQ(run(cache, "2"), 103u);
+    EXPECT_EQ(run(cache, "3"), 104u);
+}
+
 TEST_F(ProgramCacheTest, ErrorsReachTheCaller) {
     ProgramCache cache(&binaries_);
     std::atomic<int> bound{0};

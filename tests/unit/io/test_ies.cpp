@@ -122,20 +122,87 @@ std::string changed(std::string text, const std::string& from, const std::string
     return text.replace(at, from.size(), to);
 }
 
+TEST(IesFiles, OfTypeAHaveTheSameIntensities) {
+    IesFile file{.vertical = {-20, -5, 0, 15, 40},
+                 .horizontal = {-90, -30, -10, 0, 20, 90},
+                 .candela = [](double v, double h) { return 500 + 3 * v + 2 * h; },
+                 .type = 3};
+    const LightProfile profile = read_ies("a.ies", file.text());
+    for (const double v : file.vertical)
+        for (const double h : file.horizontal)
+            EXPECT_NEAR(candela_at(profile, 90 + v, h > 0 ? 360 - h : -h), file.candela(v, h), 1e-3) << v << ' ' << h;
+    EXPECT_EQ(profile.vertical.front(), float(glm::radians(70.0)));
+    EXPECT_NEAR(candela_at(profile, 90, 90.0002), 0, 1e-3) << "is dark behind";
+    EXPECT_EQ(profile.horizontal.back(), float(2 * kPi));
+
+    file.vertical = {0, 10, 90}, file.horizontal = {0, 15, 90};  // a quarter
+    const LightProfile quarter = read_ies("a.ies", file.text());
+    for (const double v : {80, 100})
+        for (const double h : {15, 345}) EXPECT_NEAR(candela_at(quarter, v, h), file.candela(10, 15), 1e-3);
+
+    file.horizontal = {-180, 0, 90, 180};
+    file.candela = [](double, double h) { return std::abs(h); };
+    const LightProfile around = read_ies("a.ies", file.text());
+    EXPECT_NEAR(candela_at(around, 90, 180), 180, 1e-3);
+    EXPECT_NEAR(candela_at(around, 90, 270), 90, 1e-3);
+}
+
+TEST(IesFiles, OfTypeBHaveAHorizontalAxis) {
+    // A beam whose centre is 20 degrees from the direction towards X, and 30 clockwise from it.
+    const auto candela = [](double v, double h) {
+        return 1000 * std::exp(-((v - 20) * (v - 20) + (h - 30) * (h - 30)) / 200);
+    };
+    IesFile file{.vertical = degrees(-90, 90, 2), .horizontal = degrees(-90, 90, 2), .candela = candela, .type = 2};
+    const LightProfile profile = read_ies("a.ies", file.text());
+    double worst = 0;
+    for (std::size_t i = 0; i < profile.horizontal.size(); ++i)
+        for (std::size_t j = 0; j < profile.vertical.size(); ++j) {
+            const double v = profile.vertical[j], h = profile.horizontal[i];
+            const dvec3 d(std::sin(v) * std::cos(h), std::sin(v) * std::sin(h), std::cos(v));  // X, Y, direction
+            const double expected = candela(glm::degrees(std::atan2(d.x, d.z)), -glm::degrees(std::asin(d.y)));
+            const double found = double{profile.candela} * double{profile.shares[i * profile.vertical.size() + j]};
+            worst = std::max(worst, std::abs(found - expected));
+        }
+    EXPECT_LT(worst, 6) << "bilinear between steps of 2 degrees";
+    EXPECT_EQ(profile.vertical.back(), float(kPi / 2)) << "is dark above";
+
+    // The mean over all directions; dw = cos(horizontal) for this axis.
+    const auto mean = [&](double least_v, double least_h) {
+        double sum = 0;
+        for (double v = least_v + 0.25; v < 90; v += 0.5)
+            for (double h = least_h + 0.25; h < 90; h += 0.5) sum += file.candela(v, h) * std::cos(glm::radians(h));
+        return sum * glm::radians(0.5) * glm::radians(0.5) / (4 * kPi);
+    };
+    EXPECT_NEAR(mean_share(profile) * double{profile.candela} / mean(-90, -90), 1, 0.01);
+
+    file.vertical = file.horizontal = degrees(0, 90, 5);  // a quarter
+    file.candela = [](double v, double h) { return 1000 * std::exp(-(v * v / 300 + h * h / 900)); };
+    const LightProfile quarter = read_ies("a.ies", file.text());
+    EXPECT_NEAR(mean_share(quarter) * double{quarter.candela} / (4 * mean(0, 0)), 1, 0.01);
+    EXPECT_NEAR(candela_at(quarter, 30, 90), file.candela(0, 30), 3);
+    EXPECT_NEAR(candela_at(quarter, 30, 180), file.candela(30, 0), 3);
+
+    file.vertical = file.horizontal = degrees(-90, 90, 0.25);
+    EXPECT_LE(read_ies("a.ies", file.text()).shares.size(), kMostIesValues);
+}
+
 TEST(IesFiles, ThatAreDamagedAreNamedWithTheElement) {
     IesFile file{.vertical = {0, 45, 90}, .horizontal = {0, 90}, .candela = [](double v, double h) { return v + h; }};
     const std::string good = file.text();
     EXPECT_EQ(error_message([&] { read_ies("a.ies", good); }), "");
-    IesFile b = file, a = file;
-    b.type = 2, a.type = 3;
+    IesFile lone = file;
+    lone.type = 2, lone.horizontal = {0};
     std::string many_lines;
     for (int i = 0; i < 1 << 18; ++i) many_lines += "a\n";
     const std::pair<std::string, const char*> kCases[] = {
         {"", "has no line TILT="},
         {"IESNA:LM-63-2002\n[TEST]\n", "has no line TILT="},
         {changed(good, "1 -1 1 3 2 1", "1 -1"), "number of vertical angles"},
-        {b.text(), "is of photometric type B"},
-        {a.text(), "is of photometric type A"},
+        {lone.text(), "has one horizontal angle"},
+        {changed(good, "1 2 0 0 0\n1 1 18.5\n0 45 90\n", "2 2 0 0 0\n1 1 18.5\n0 45 190\n"),
+         "vertical angle 3 is 190, not from -180"},
+        {changed(good, "1 2 0 0 0\n1 1 18.5\n0 45 90\n", "3 2 0 0 0\n1 1 18.5\n0 45 91\n"),
+         "vertical angle 3 is 91, not from -90"},
         {changed(good, " 3 2 1 2 ", " 3 2 4 2 "), "photometric type is 4"},
         {changed(good, " 3 2 1 2 ", " 3 2 1 7 "), "type of units is 7"},
         {changed(good, " 3 2 1 2 ", " 1 2 1 2 "), "number of vertical angles is 1"},
