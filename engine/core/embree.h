@@ -1,7 +1,10 @@
 // Ray queries of Embree 3 and 4, whose interfaces differ. All else that this project calls is equal in both.
 #pragma once
 
-#if HALFLIGHT_EMBREE >= 4  // the version that CMakeLists.txt has found, because both may be installed
+#ifndef HALFLIGHT_EMBREE
+#error "HALFLIGHT_EMBREE is not the version of Embree that CMake has found; both may be installed"
+#endif
+#if HALFLIGHT_EMBREE >= 4
 #include <embree4/rtcore.h>
 #else
 #include <embree3/rtcore.h>

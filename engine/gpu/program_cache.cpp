@@ -179,7 +179,7 @@ template <class... Stages>
 const Program& ProgramCache::get(const Defines& defines, const Stages&... stages) {
     std::string key = key_of(defines, stages...);
     if (const auto found = entries_.find(key); found != entries_.end()) {
-        found->second.used = true;
+        found->second.age = 0;
         return *found->second.program;
     }
     Entry entry{{stages...}, defines, nullptr};
@@ -222,12 +222,22 @@ void ProgramCache::end_ahead() {
     ahead_.reset();
 }
 
-void ProgramCache::remove_unused() {
-    std::erase_if(entries_, [](const auto& entry) { return !entry.second.used; });
-    for (auto& [key, entry] : entries_) entry.used = false;
+void ProgramCache::end_period() {
+    constexpr int kMostAge = 8;
+    for (auto& [key, entry] : entries_) ++entry.age;
+    remove_older(kMostAge);
+}
+
+void ProgramCache::remove_older(int age) {
+    std::erase_if(entries_, [&](const auto& entry) {
+        if (entry.second.age <= age) return false;
+        tried_.erase(entry.first);
+        return true;
+    });
 }
 
 std::size_t ProgramCache::reload() {
+    remove_older(0);
     std::vector<std::pair<Program*, std::unique_ptr<Program>>> changed;
     for (const auto& [key, entry] : entries_)
         if (program_text(entry.stages, entry.defines) != entry.program->text())

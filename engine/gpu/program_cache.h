@@ -25,7 +25,7 @@ struct ExpectedProgram {
 /// threads, and Mesa keeps its machine code on disk.
 bool can_compile_ahead();
 
-/// Owner of every variant of a program. References stay valid as long as the cache, or until remove_unused(); reload()
+/// Owner of every variant of a program. References stay valid as long as the cache, or until end_period(); reload()
 /// replaces the programs that they refer to.
 class ProgramCache {
   public:
@@ -47,11 +47,12 @@ class ProgramCache {
     /// Waits for the program that is being compiled. Those that were not asked for are dropped.
     void end_ahead();
 
-    /// Removes the programs that were not asked for since the last call. References to them end.
-    void remove_unused();
+    /// Ends a period, such as that of a scene, and removes programs that nobody asked for in the last few.
+    /// Precondition: nobody has references to programs, and none is compiled ahead.
+    void end_period();
     /// Recompiles the programs whose shaders have changed (HALFLIGHT_SHADERS), and returns their number. They lose the
-    /// values of their uniforms. Throws what Program throws for the first program that fails; then all programs stay as
-    /// they were.
+    /// values of their uniforms. Programs of earlier periods are removed instead. Throws what Program throws for the
+    /// first program that fails; then all programs stay as they were.
     std::size_t reload();
 
     std::size_t count() const { return entries_.size(); }
@@ -65,12 +66,13 @@ class ProgramCache {
         std::vector<ShaderSource> stages;  // a compute shader, or a vertex and a fragment shader
         Defines defines;
         std::unique_ptr<Program> program;
-        bool used = true;  // since the last remove_unused()
+        int age = 0;  // calls of end_period() since it was asked for
     };
     class Ahead;
     template <class... Stages>
     const Program& get(const Defines& defines, const Stages&... stages);
     std::unique_ptr<Program> made(const std::string& key, const Entry& entry);
+    void remove_older(int age);
     std::unordered_map<std::string, Entry> entries_;
     const ProgramBinaries* binaries_;
     double seconds_ = 0, compile_seconds_ = 0;

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <optional>
 #include <system_error>
-#include <utility>
 
 #include "engine/core/error.h"
 #include "engine/io/files.h"
@@ -180,9 +179,10 @@ struct Place {
     double t = 0;           // place between that and the next, [0, 1]
 };
 
-/// Returns the place of an angle of type A or B, degrees; none beyond the angles. A list that begins at 0 is symmetric.
+/// Returns the place of an angle of type A or B, degrees; none beyond the angles. A list that begins at 0 is symmetric,
+/// whatever its last angle.
 std::optional<Place> place_of(double angle, const std::vector<double>& angles) {
-    constexpr double kRounding = 1e-9;
+    constexpr double kRounding = 1e-9;  // degrees
     if (angles.front() == 0) angle = std::abs(angle);
     if (angle < angles.front() - kRounding || angle > angles.back() + kRounding) return std::nullopt;
     const auto next = std::ranges::upper_bound(angles, angle) - angles.begin();
@@ -199,61 +199,48 @@ double candela_at(const Table& table, double vertical, double horizontal) {
     return glm::mix(glm::mix(column[0], column[1], v->t), glm::mix(next[0], next[1], v->t), h->t);
 }
 
-/// Returns the intensities `value(vertical, horizontal)` at angles of type C.
-template <class F>
-Table sampled(std::vector<double> vertical, std::vector<double> horizontal, const F& value) {
-    Table table{std::move(vertical), std::move(horizontal), {}};
-    table.candela.reserve(table.vertical.size() * table.horizontal.size());
-    for (const double h : table.horizontal)
-        for (const double v : table.vertical) table.candela.push_back(value(v, h));
-    return table;
-}
-
-/// Returns a table of type A as one of type C. Both have a vertical axis. Type A counts vertical angles from the
-/// horizon, and horizontal ones clockwise (LM-63-2002, section 3). The intensities are the same.
-Table from_type_a(const Table& a) {
-    const auto turned = [](double h) { return h > 0 ? 360 - h : -h; };
-    std::vector<double> vertical, horizontal{0, 360};
-    for (const double v : a.vertical) {
-        vertical.push_back(90 + v);
-        if (a.vertical.front() == 0) vertical.push_back(90 - v);
-    }
-    const double edge = 2 * kLeastStep;  // between the last intensity and the dark
-    for (const double h : a.horizontal) horizontal.insert(horizontal.end(), {turned(h), turned(-h)});
-    for (const double h : {a.horizontal.front() - edge, a.horizontal.back() + edge})
-        if (std::abs(h) < 180) horizontal.insert(horizontal.end(), {turned(h), turned(-h)});
-    for (std::vector<double>* const angles : {&vertical, &horizontal}) {
-        std::ranges::sort(*angles);
-        const auto same = std::ranges::unique(*angles, [](double x, double y) { return y - x <= kLeastStep; });
-        angles->erase(same.begin(), same.end());
-    }
-    horizontal.back() = 360;
-    return sampled(std::move(vertical), std::move(horizontal),
-                   [&](double v, double h) { return candela_at(a, v - 90, h > 180 ? 360 - h : -h); });
-}
-
-/// Returns a table of type B, sampled at angles of type C. The axis of type B is horizontal: the vertical angle turns
-/// from the direction of the lamp to the horizontal angle 0 of type C, and the horizontal one leaves that plane
-/// clockwise (LM-63-2002, section 3).
-Table from_type_b(const Table& b) {
+/// Returns a table of type A or B, sampled at angles of type C. All have the direction of the lamp at the angles 0 and
+/// 0. Type A has its poles at X and -X, where the vertical angles end; type B has them at Y and -Y, where the
+/// horizontal ones end. Vertical angles turn towards X, and horizontal ones towards -Y: clockwise, seen from X
+/// (LM-63-2002, section 3; EXT_lights_ies, Coordinate System Mapping).
+Table to_type_c(const Table& from, double type) {
+    constexpr double kLeastParts = 16, kMostParts = 360;
+    const std::size_t rows = from.vertical.size();
     double step = 10;
-    for (const std::vector<double>* const angles : {&b.vertical, &b.horizontal})
+    for (const std::vector<double>* const angles : {&from.vertical, &from.horizontal})
         for (std::size_t i = 1; i < angles->size(); ++i) step = std::min(step, (*angles)[i] - (*angles)[i - 1]);
-    step = std::max(step / 2, 0.5);
-    const auto regular = [step](double last) {
-        const double parts = std::ceil(last / step);
+    step /= 2;
+    double lit = 0;  // the greatest angle from the direction of the lamp at which it may shine
+    for (std::size_t h = 0; h + 1 < from.horizontal.size(); ++h) {
+        for (std::size_t v = 0; v + 1 < rows; ++v) {
+            const double* const corner = &from.candela[h * rows + v];
+            if (corner[0] == 0 && corner[1] == 0 && corner[rows] == 0 && corner[rows + 1] == 0) continue;
+            const double vertical = std::max(std::abs(from.vertical[v]), std::abs(from.vertical[v + 1]));
+            const double horizontal = std::max(std::abs(from.horizontal[h]), std::abs(from.horizontal[h + 1]));
+            const double cosine = std::cos(glm::radians(vertical)) * std::cos(glm::radians(horizontal));
+            lit = std::max(lit, std::max(vertical, horizontal) > 90 ? 180 : glm::degrees(std::acos(cosine)));
+        }
+    }
+    if (lit == 0) lit = 90;
+    const auto regular = [&](double last, double parts) {
+        parts = 4 * std::ceil(std::clamp(parts, kLeastParts, kMostParts) / 4);
         std::vector<double> all;
         for (int i = 0; i <= int(parts); ++i) all.push_back(last * i / parts);
         return all;
     };
-    const bool above = b.vertical.front() < -90 || b.vertical.back() > 90;
-    return sampled(regular(above ? 180 : 90), regular(360), [&](double v, double h) {
-        const dvec2 down(std::cos(glm::radians(v)), std::sin(glm::radians(v)));
-        const double x = down.y * std::cos(glm::radians(h)), y = down.y * std::sin(glm::radians(h));
-        return candela_at(b,
-                          std::clamp(glm::degrees(std::atan2(x, down.x)), above ? -180.0 : -90.0, above ? 180.0 : 90.0),
-                          -glm::degrees(std::asin(std::clamp(y, -1.0, 1.0))));
-    });
+    Table table{regular(lit, lit / step), regular(360, 360 * std::sin(glm::radians(std::min(lit, 90.0))) / step), {}};
+    table.candela.reserve(table.vertical.size() * table.horizontal.size());
+    for (const double h : table.horizontal) {
+        const double right = std::cos(glm::radians(h)), up = std::sin(glm::radians(h));
+        for (const double v : table.vertical) {
+            const double side = std::sin(glm::radians(v)), z = std::cos(glm::radians(v));
+            const double x = side * right, y = side * up;
+            const double vertical = type == kTypeA ? std::asin(std::clamp(x, -1.0, 1.0)) : std::atan2(x, z);
+            const double horizontal = type == kTypeA ? std::atan2(-y, z) : std::asin(std::clamp(-y, -1.0, 1.0));
+            table.candela.push_back(candela_at(from, glm::degrees(vertical), glm::degrees(horizontal)));
+        }
+    }
+    return table;
 }
 
 }  // namespace
@@ -289,19 +276,18 @@ LightProfile read_ies(const std::string& name, std::string_view text) {
     const double vertical = type == kTypeA ? 90 : 180, horizontal = type == kTypeC ? 360 : type == kTypeA ? 180 : 90;
     table.vertical = reader.angles("vertical angle", rows, type == kTypeC ? 0 : -vertical, vertical);
     table.horizontal = reader.angles("horizontal angle", columns, type == kTypeC ? 0 : -horizontal, horizontal);
-    double most = 0;
     for (std::size_t i = 0; i < rows * columns; ++i) {
         const double candela = factor * reader.number("candela value", i, rows * columns);
         if (!(candela >= 0 && candela <= kMostCandela))
             reader.fail("candela value {} of {} is {}, not from 0 to {}", i + 1, rows * columns, candela, kMostCandela);
         table.candela.push_back(candela);
-        most = std::max(most, candela);
     }
     if (!reader.at_end()) reader.fail("has more numbers than its {} x {} candela values", rows, columns);
     if (type == kTypeC)
         complete(table, reader);
     else
-        table = type == kTypeA ? from_type_a(table) : from_type_b(table);
+        table = to_type_c(table, type);
+    const double most = std::ranges::max(table.candela);
 
     LightProfile profile{.name = name, .candela = static_cast<float>(most)};
     for (const double angle : table.vertical) profile.vertical.push_back(static_cast<float>(glm::radians(angle)));

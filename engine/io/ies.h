@@ -21,10 +21,8 @@ inline constexpr std::size_t kMostIesValues = std::size_t{1}
 /// symmetric, and its table is completed. Keywords are skipped. Factors of TILT=INCLUDE are checked and not applied,
 /// nor is the file of TILT=FILE read: they concern lamps that are mounted at another angle than they were measured.
 ///
-/// Photometric types A and B become type C. The vertical angle 0 of type A lies in the horizon, so its beam leaves the
-/// lamp along the horizontal angle 0 of type C. Type B has another axis: its table is sampled anew, at half its smallest
-/// step or half a degree. Where their angles begin at 0, the other side is symmetric; beyond their angles the lamp is
-/// dark.
+/// Tables of photometric types A and B are sampled at angles of type C, at half their smallest step, with at most 361
+/// angles each. Where their angles begin at 0, the other side is symmetric; beyond their angles the lamp is dark.
 ///
 /// Throws Error of one line for files that are damaged, truncated or too large.
 LightProfile read_ies(const std::string& name, std::string_view text);

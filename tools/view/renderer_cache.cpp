@@ -54,7 +54,7 @@ void RendererCache::prepare_scene(const Request& r) {
         if (!known) {
             clear_renderers();
             scene_.reset();  // frees the old scene first: two may not fit into memory
-            programs_->remove_unused();
+            programs_->end_period();
             trim_memory();
             raster_ = raster;
             PrepareOptions options{.raster_culling = raster, .pages = r.pages, .programs = programs_};

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -11,7 +12,7 @@
 
 #include "engine/core/memory_ledger.h"
 #include "engine/io/gltf/nodes.h"
-#include "engine/io/gltf/rules.h"
+#include "engine/io/gltf/uses.h"
 
 namespace halflight {
 namespace {
@@ -21,6 +22,7 @@ using Json = nlohmann::json;
 constexpr const char* kExtension = "EXT_lights_area";
 constexpr int kSides = 64;       // of a disc; its edge is within 0.1 % of the radius
 constexpr float kDepth = 1e-3f;  // of the body behind a light, in units of its size
+constexpr double kMostFloat = std::numeric_limits<float>::max();
 
 /// Corners of triangles of a thin prism behind the plane of X and Y.
 struct Prism {
@@ -41,8 +43,10 @@ Prism prism_of(bool disc) {
     const vec3 depth(0, 0, kDepth);
     for (std::size_t i = 0; i < ring.size(); ++i) {
         const vec3 a = ring[i], b = ring[(i + 1) % ring.size()];
-        prism.front.insert(prism.front.end(), {vec3(0), a, b});
-        prism.body.insert(prism.body.end(), {depth, b + depth, a + depth, a, a + depth, b, b, a + depth, b + depth});
+        prism.body.insert(prism.body.end(), {a, a + depth, b, b, a + depth, b + depth});
+        if (i == 0 || i + 1 == ring.size()) continue;
+        prism.front.insert(prism.front.end(), {ring[0], a, b});
+        prism.body.insert(prism.body.end(), {ring[0] + depth, b + depth, a + depth});
     }
     return prism;
 }
@@ -82,87 +86,130 @@ Json emitting(const std::string& name, const Json& color, double intensity) {
 /// Returns the material of a light.
 Json material_of(const Json& light, const std::string& name, const std::string& element, GltfDocument& document) {
     Json color = light.value("color", Json{1, 1, 1});
-    double intensity = light.value("intensity", 1000.0);
-    bool inside = intensity >= 0 && std::isfinite(intensity);
-    if (!inside) intensity = 0;
+    const double given = light.value("intensity", 1000.0), intensity = std::clamp(given, 0.0, kMostFloat);
+    bool inside = given == intensity;
     for (Json& channel : color) {
         const double c = channel;
         inside = inside && c >= 0 && c <= 1;
         channel = std::clamp(c, 0.0, 1.0);
     }
-    if (!inside) document.value_fault("intensity is negative, or color is outside [0, 1]; they are clamped", element);
+    if (!inside)
+        document.value_fault("intensity is negative or too large, or color is outside [0, 1]; they are clamped",
+                             element);
     return emitting(name, color, intensity);
 }
 
 /// Returns a length of a light, in units of its node.
-double length_of(const Json& from, const char* key, const std::string& element, const GltfDocument& document) {
-    const double length = from.value(key, 1.0);
-    if (!(length > 0 && std::isfinite(length))) document.fail(element, "{} is {}, not positive", key, length);
+double length_of(double length, const char* what, const std::string& element, const GltfDocument& document) {
+    constexpr double kMostLength = 1e18;  // its square is within float32
+    if (!(length > 0 && length <= kMostLength))
+        document.fail(element, "{} is {}, not positive and at most {}", what, length, kMostLength);
     return length;
 }
 
-}  // namespace
+/// What the nodes of a light share.
+struct Shown {
+    std::size_t mesh = 0;
+    double width = 0, height = 0;
+};
 
-std::vector<std::size_t> add_area_lights(Json& root, GltfDocument& document) {
-    const Json::json_pointer list("/extensions/EXT_lights_area/lights"), reference("/extensions/EXT_lights_area/light");
-    std::vector<std::size_t> children;
-    if (!root.contains(list) || !root.contains("nodes")) return children;
-    const Json lights = root[list];
-    Json& nodes = root["nodes"];
-    const std::size_t count = nodes.size();
-    const auto lamps = static_cast<std::size_t>(
-        std::ranges::count_if(nodes, [&](const Json& node) { return node.contains(reference); }));
-    constexpr std::size_t kLamp = 8192;  // bytes of the node, material and mesh of a light, as JSON and converted
-    MemoryLedger::process().check(kLamp * lamps, document.file, fmt::format("{} area lights", lamps));
-    std::map<std::size_t, std::pair<std::size_t, Json>> meshes;  // mesh and scale, by light
-    std::map<bool, std::pair<std::size_t, std::size_t>> shapes;  // accessors of front and body, by type
-    std::optional<std::size_t> black;                            // material of bodies
-    const auto mesh_of = [&](const Json& light, std::size_t index) {
+/// Makes the meshes of lights.
+class Maker {
+  public:
+    Maker(Json& root, GltfDocument& document) : root_(root), document_(document) {}
+
+    Shown make(const Json& light, std::size_t index) {
         const std::string element = fmt::format("extensions.{}.lights[{}]", kExtension, index);
         const std::string type = light.value("type", light.value("shape", "rect"));
-        if (type != "rect" && type != "disk") document.fail(element, "type '{}' is unknown", type);
+        if (type != "rect" && type != "disk") document_.fail(element, "type '{}' is unknown", type);
         const bool disc = type == "disk";
-        const double size = length_of(light, "size", element, document);
-        const double aspect =
-            disc ? 1 : length_of(light.value("rect", Json::object()), "aspect", element + ".rect", document);
-        if (!shapes.contains(disc)) {
-            const Prism prism = prism_of(disc);
-            const std::size_t front = add_positions(root, prism.front);
-            shapes[disc] = {front, add_positions(root, prism.body)};
+        Shown shown;
+        shown.width = shown.height = length_of(light.value("size", 1.0), "size", element, document_);
+        if (!disc) {
+            const double aspect = light.value(Json::json_pointer("/rect/aspect"), 1.0);
+            shown.width =
+                length_of(aspect > 0 ? aspect * shown.height : aspect, "width by 'aspect'", element, document_);
         }
-        if (!black) black = add(root, "materials", emitting("back of area lights", {0, 0, 0}, 0));
-        const std::string name = light.value("name", fmt::format("area light {}", index));
-        const std::size_t material = add(root, "materials", material_of(light, name, element, document));
+        if (!shapes_.contains(disc)) {
+            const Prism prism = prism_of(disc);
+            const std::size_t front = add_positions(root_, prism.front);
+            shapes_[disc] = {front, add_positions(root_, prism.body)};
+        }
+        if (!black_) black_ = add(root_, "materials", emitting("back of area lights", {0, 0, 0}, 0));
+        const std::string named = light.value("name", ""),
+                          name = named.empty() ? fmt::format("area light {}", index) : named;
+        const std::size_t material = add(root_, "materials", material_of(light, name, element, document_));
         const auto part = [](std::size_t positions, std::size_t of) {
             return Json{{"attributes", {{"POSITION", positions}}}, {"material", of}};
         };
-        const Json parts = {part(shapes[disc].first, material), part(shapes[disc].second, *black)};
-        return std::pair(add(root, "meshes", {{"name", name}, {"primitives", parts}}), Json{size * aspect, size, size});
-    };
-    for (std::size_t i = 0; i < count; ++i) {
-        if (!nodes[i].contains(reference)) continue;
-        const std::size_t light = nodes[i][reference];
-        if (!meshes.contains(light)) meshes[light] = mesh_of(lights[light], light);
-        children.push_back(nodes.size());
-        nodes[i]["children"].push_back(nodes.size());
-        nodes.push_back({{"mesh", meshes[light].first}, {"scale", meshes[light].second}});
+        const Json parts = {part(shapes_[disc].first, material), part(shapes_[disc].second, *black_)};
+        shown.mesh = add(root_, "meshes", {{"name", name}, {"primitives", parts}});
+        return shown;
     }
-    return children;
+
+  private:
+    Json& root_;
+    GltfDocument& document_;
+    std::map<bool, std::pair<std::size_t, std::size_t>>
+        shapes_;                        // accessors of front and body, by whether it is a disc
+    std::optional<std::size_t> black_;  // material of bodies
+};
+
+}  // namespace
+
+std::vector<AreaLightNode> add_area_lights(Json& root, GltfDocument& document) {
+    const Json::json_pointer list("/extensions/EXT_lights_area/lights"), reference("/extensions/EXT_lights_area/light");
+    std::vector<AreaLightNode> all;
+    if (!root.contains(list) || !root.contains("nodes")) return all;
+    const GltfUses uses = find_uses(root, document.animations);
+    Json& nodes = root["nodes"];
+    const std::size_t count = nodes.size();
+    std::map<std::size_t, std::vector<std::size_t>> users;  // nodes, by light
+    std::size_t lamps = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+        if (!is_used(uses, "nodes", i) || !nodes[i].contains(reference)) continue;
+        users[nodes[i][reference].get<std::size_t>()].push_back(i);
+        ++lamps;
+    }
+    constexpr std::size_t kNode = 2048, kLight = 65536;  // bytes as JSON, in the model and in the scene, rounded up
+    MemoryLedger::process().check(kNode * lamps + kLight * users.size(), document.file,
+                                  fmt::format("{} area lights", lamps));
+    Maker maker(root, document);
+    for (const auto& [light, of] : users) {
+        const Shown shown = maker.make(root[list][light], light);
+        for (const std::size_t node : of) {
+            Json& from = nodes[node];
+            for (const char* const other : {"KHR_lights_punctual", "EXT_lights_ies"})
+                if (from["extensions"].erase(std::string(other)) > 0)
+                    document.warnings.add(
+                        fmt::format("is a light twice; that of {} is used, not that of {}", kExtension, other),
+                        fmt::format("nodes[{}]", node));
+            all.push_back({nodes.size(), node, shown.width, shown.height});
+            from["children"].push_back(nodes.size());
+            nodes.push_back(Json{{"mesh", shown.mesh}});  // without a name: edits name the node above
+        }
+    }
+    return all;
 }
 
-void scale_area_lights(const std::vector<std::size_t>& children, GltfDocument& document) {
-    if (children.empty()) return;
+void size_area_lights(const std::vector<AreaLightNode>& lights, GltfDocument& document) {
+    if (lights.empty()) return;
     GltfWarnings before = document.warnings;
     const GltfNodes nodes = resolve_nodes(document);
     document.warnings = std::move(before);
-    for (const std::size_t child : children) {
-        const dmat4& world = nodes.world[static_cast<std::size_t>(nodes.parents[child])];
-        const dvec3 lengths(glm::length(world[0]), glm::length(world[1]), glm::length(world[2]));
-        const double most = std::max({lengths.x, lengths.y, lengths.z});
-        std::vector<double>& scale = document.model.nodes[child].scale;
-        for (int axis = 0; axis < 3; ++axis)
-            if (lengths[axis] > 0 && lengths[axis] != most)
-                scale[static_cast<std::size_t>(axis)] *= most / lengths[axis];
+    for (const AreaLightNode& light : lights) {
+        const dmat3 world(nodes.world[light.node]);
+        const double most = std::max({glm::length(world[0]), glm::length(world[1]), glm::length(world[2])});
+        // The axes of lamps with profiles: -Z is the direction, and X is made orthogonal to it.
+        const dvec3 z = glm::normalize(world[2]), x = glm::normalize(world[0] - glm::dot(world[0], z) * z);
+        dmat3 local = glm::inverse(world) * dmat3(x, glm::cross(z, x), z) * most;
+        if (!within_float_range(dmat4(local))) local = dmat3(1);
+        local[0] *= light.width, local[1] *= light.height, local[2] *= light.height;
+        std::vector<double>& matrix = document.model.nodes[light.child].matrix;
+        matrix.assign(16, 0);
+        for (int column = 0; column < 3; ++column)
+            for (int row = 0; row < 3; ++row) matrix[static_cast<std::size_t>(4 * column + row)] = local[column][row];
+        matrix[15] = 1;
     }
 }
 

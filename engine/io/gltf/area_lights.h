@@ -9,13 +9,21 @@
 
 namespace halflight {
 
-/// Adds a mesh and a material for each area light that nodes refer to, and to each of these nodes a child that shows
-/// the mesh. A disc has 64 sides and the area of its circle. `root` has passed check_gltf(). Returns the children, as
-/// indices into the list of nodes. Throws Error for a value that is not positive or a type that is unknown.
-std::vector<std::size_t> add_area_lights(nlohmann::json& root, GltfDocument& document);
+/// A node that shows the mesh of an area light, and the node that refers to the light.
+struct AreaLightNode {
+    std::size_t child = 0, node = 0;
+    double width = 0, height = 0;
+};
 
-/// Scales the children so that, at rest, the largest component of the world scale of their parents applies to all axes,
-/// as the draft demands.
-void scale_area_lights(const std::vector<std::size_t>& children, GltfDocument& document);
+/// Adds a mesh and a material for each area light that the scene uses, and to each node that refers to one a child that
+/// shows the mesh. The mesh is a square of side 1, or a disc of 64 sides and the area of its circle. Behind it lies a
+/// black body, as thick as a thousandth of its size. Other lights of these nodes are removed, with a warning. `root`
+/// has passed check_gltf(). Throws Error for lengths that are not positive or too large, and for types that are
+/// unknown.
+std::vector<AreaLightNode> add_area_lights(nlohmann::json& root, GltfDocument& document);
+
+/// Gives the children their transforms, by which the lights have their size times the largest component of the world
+/// scale of their nodes at rest, whatever the other components. A node without volume gives its own transform.
+void size_area_lights(const std::vector<AreaLightNode>& lights, GltfDocument& document);
 
 }  // namespace halflight

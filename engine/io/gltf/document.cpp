@@ -423,7 +423,7 @@ GltfDocument open_gltf(const fs::path& path, const GltfOptions& options) {
     const std::set<std::string> required = check_extensions(root, document);
     check_values(root, document, faults);
     choose_variant(root, document);
-    const std::vector<std::size_t> area_lights = add_area_lights(root, document);
+    const std::vector<AreaLightNode> area_lights = add_area_lights(root, document);
     document.uses = find_uses(root, document.animations);
     for (const auto& [list, index, error] : faults) document.tolerate_unused(list, index, error);
     if (root.contains("materials")) {
@@ -444,7 +444,7 @@ GltfDocument open_gltf(const fs::path& path, const GltfOptions& options) {
     document.model = to_model(std::move(root), document.file);
     choose_images(document, required);
     read_light_profiles(profiles, document);
-    scale_area_lights(area_lights, document);
+    size_area_lights(area_lights, document);
     return document;
 }
 

@@ -36,8 +36,8 @@ LightProfile read_profile(GltfDocument& document, const nlohmann::json& from, co
     const ByteSource bytes =
         in_view ? document.view_bytes(from["bufferView"].get<int>()) : document.open_uri(uri, element);
     if (bytes.size() > kMostIesBytes) document.fail(element, "has {} bytes, more than {}", bytes.size(), kMostIesBytes);
-    // A value has two bytes of text. Symmetry repeats it four times, and type B is sampled anew, in tables of float64
-    // and float32 that grow by factors of two; two copies stay.
+    // A value has two bytes of text. The table has at most four times as many by symmetry, or kMostIesValues of types A
+    // and B. There are tables of float64 and float32, which grow by factors of two, and two copies stay.
     const std::size_t text = bytes.size(), values = std::max(4 * std::min(text / 2, kMostIesValues), kMostIesValues);
     MemoryLedger::process().check(text + values * (2 * sizeof(double) + 4 * sizeof(float)),
                                   fmt::format("{}: {}", document.file, element), "light profile");

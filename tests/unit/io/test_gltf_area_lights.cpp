@@ -76,19 +76,54 @@ TEST_F(GltfAreaLight, ScalesByTheLargestComponentOfItsNode) {
     EXPECT_LT(glm::distance(shape_of(scene, scene.instances[2]).front, dvec3(0, 0, -4)), 1e-5);
 }
 
+TEST_F(GltfAreaLight, IsNotSheared) {
+    GltfBuilder b = with_lights({{{"type", "rect"}}});
+    b.push("nodes", {{"scale", {2, 1, 1}}, {"children", {1}}});
+    b.json["nodes"][1]["rotation"] = {0, 0, std::sin(kPi / 8), std::cos(kPi / 8)};
+    const Scene scene = load(b);
+    const Shape shape = shape_of(scene, scene.instances[1]);
+    EXPECT_LT(glm::distance(shape.front, dvec3(0, 0, -2.5)), 1e-5) << "the node's axes have lengths of sqrt(2.5)";
+    EXPECT_LT(glm::distance(shape.most, -shape.least), 2e-3);
+}
+
+TEST_F(GltfAreaLight, ReplacesOtherLightsOfItsNode) {
+    GltfBuilder b = with_lights({{{"type", "disk"}}});
+    b.json["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "point"}}};
+    b.json["nodes"][1]["extensions"]["KHR_lights_punctual"]["light"] = 0;
+    b.require({"EXT_lights_area", "KHR_lights_punctual"});
+    const Scene scene = load(b);
+    EXPECT_TRUE(scene.lights.empty());
+    expect_warnings(scene.report.warnings, {"nodes[1]: is a light twice"});
+}
+
+TEST_F(GltfAreaLight, OfUnusedNodesChangesNothing) {
+    GltfBuilder b = with_lights({{{"type", "tube"}}, {{"type", "rect"}}});
+    b.json["scene"] = 0;
+    b.json["scenes"] = {{{"nodes", {0}}}};
+    b.json["nodes"][1]["children"] = {2};
+    b.json["nodes"][2]["children"] = {1};  // a cycle
+    const Scene scene = load(b);
+    EXPECT_EQ(scene.instances.size(), 1u);
+    EXPECT_EQ(scene.meshes.size(), 1u);
+}
+
 TEST_F(GltfAreaLight, DamagedIsOneLine) {
     const GltfBuilder b = with_lights({{{"type", "rect"}, {"rect", Json::object()}}});
     const std::string lights = "extensions.EXT_lights_area.lights[0]";
-    expect_refused(b, {{"/extensions/EXT_lights_area/lights/0/type", "tube", lights + ": type 'tube' is unknown"},
-                       {"/extensions/EXT_lights_area/lights/0/type", 1, lights + ".type"},
-                       {"/extensions/EXT_lights_area/lights/0/size", 0, lights + ": size is 0, not positive"},
-                       {"/extensions/EXT_lights_area/lights/0/size", -1, lights + ": size is -1"},
-                       {"/extensions/EXT_lights_area/lights/0/color", {1, 1}, lights + ".color"},
-                       {"/extensions/EXT_lights_area/lights/0/rect/aspect", 0, lights + ".rect: aspect is 0"},
-                       {"/nodes/1/extensions/EXT_lights_area/light", 1, "nodes[1].extensions.EXT_lights_area.light: 1"},
-                       {"/nodes/1/extensions/EXT_lights_area/light", kRemoved, "nodes[1].extensions.EXT_lights_area"}});
+    expect_refused(b,
+                   {{"/extensions/EXT_lights_area/lights/0/type", "tube", lights + ": type 'tube' is unknown"},
+                    {"/extensions/EXT_lights_area/lights/0/type", 1, lights + ".type"},
+                    {"/extensions/EXT_lights_area/lights/0/size", 0, lights + ": size is 0, not positive"},
+                    {"/extensions/EXT_lights_area/lights/0/size", -1, lights + ": size is -1"},
+                    {"/extensions/EXT_lights_area/lights/0/color", {1, 1}, lights + ".color"},
+                    {"/extensions/EXT_lights_area/lights/0/rect/aspect", 0, lights + ": width by 'aspect' is 0"},
+                    {"/extensions/EXT_lights_area/lights/0/rect/aspect", 1e19, lights + ": width by 'aspect' is 1e+19"},
+                    {"/extensions/EXT_lights_area/lights/0/size", 1e200, lights + ": size is 1e+200"},
+                    {"/nodes/1/extensions/EXT_lights_area/light", 1, "nodes[1].extensions.EXT_lights_area.light: 1"},
+                    {"/nodes/1/extensions/EXT_lights_area/light", kRemoved, "nodes[1].extensions.EXT_lights_area"}});
     GltfBuilder bright = b;
-    bright.json["extensions"]["EXT_lights_area"]["lights"][0].update({{"intensity", -1}, {"color", {2, 0, 0}}});
+    bright.json["extensions"]["EXT_lights_area"]["lights"][0].update(
+        {{"intensity", -1}, {"color", {2, 0, 0}}, {"name", ""}});
     const Scene scene = load(bright);
     EXPECT_EQ(scene.materials[1].emission, vec3(0));
     expect_warnings(scene.report.warnings, {lights + ": intensity is negative"});

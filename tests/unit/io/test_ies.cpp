@@ -122,67 +122,74 @@ std::string changed(std::string text, const std::string& from, const std::string
     return text.replace(at, from.size(), to);
 }
 
-TEST(IesFiles, OfTypeAHaveTheSameIntensities) {
-    IesFile file{.vertical = {-20, -5, 0, 15, 40},
-                 .horizontal = {-90, -30, -10, 0, 20, 90},
-                 .candela = [](double v, double h) { return 500 + 3 * v + 2 * h; },
-                 .type = 3};
-    const LightProfile profile = read_ies("a.ies", file.text());
-    for (const double v : file.vertical)
-        for (const double h : file.horizontal)
-            EXPECT_NEAR(candela_at(profile, 90 + v, h > 0 ? 360 - h : -h), file.candela(v, h), 1e-3) << v << ' ' << h;
-    EXPECT_EQ(profile.vertical.front(), float(glm::radians(70.0)));
-    EXPECT_NEAR(candela_at(profile, 90, 90.0002), 0, 1e-3) << "is dark behind";
-    EXPECT_EQ(profile.horizontal.back(), float(2 * kPi));
-
-    file.vertical = {0, 10, 90}, file.horizontal = {0, 15, 90};  // a quarter
-    const LightProfile quarter = read_ies("a.ies", file.text());
-    for (const double v : {80, 100})
-        for (const double h : {15, 345}) EXPECT_NEAR(candela_at(quarter, v, h), file.candela(10, 15), 1e-3);
-
-    file.horizontal = {-180, 0, 90, 180};
-    file.candela = [](double, double h) { return std::abs(h); };
-    const LightProfile around = read_ies("a.ies", file.text());
-    EXPECT_NEAR(candela_at(around, 90, 180), 180, 1e-3);
-    EXPECT_NEAR(candela_at(around, 90, 270), 90, 1e-3);
+/// Returns the angles V and H of types A and B, degrees, of a direction of type C, radians.
+std::pair<double, double> angles_of(int type, double v, double h) {
+    const dvec3 d(std::sin(v) * std::cos(h), std::sin(v) * std::sin(h), std::cos(v));  // X, Y, direction of the lamp
+    return type == 3 ? std::pair(glm::degrees(std::asin(d.x)), glm::degrees(std::atan2(-d.y, d.z)))
+                     : std::pair(glm::degrees(std::atan2(d.x, d.z)), -glm::degrees(std::asin(d.y)));
 }
 
-TEST(IesFiles, OfTypeBHaveAHorizontalAxis) {
-    // A beam whose centre is 20 degrees from the direction towards X, and 30 clockwise from it.
-    const auto candela = [](double v, double h) {
-        return 1000 * std::exp(-((v - 20) * (v - 20) + (h - 30) * (h - 30)) / 200);
-    };
-    IesFile file{.vertical = degrees(-90, 90, 2), .horizontal = degrees(-90, 90, 2), .candela = candela, .type = 2};
-    const LightProfile profile = read_ies("a.ies", file.text());
-    double worst = 0;
-    for (std::size_t i = 0; i < profile.horizontal.size(); ++i)
-        for (std::size_t j = 0; j < profile.vertical.size(); ++j) {
-            const double v = profile.vertical[j], h = profile.horizontal[i];
-            const dvec3 d(std::sin(v) * std::cos(h), std::sin(v) * std::sin(h), std::cos(v));  // X, Y, direction
-            const double expected = candela(glm::degrees(std::atan2(d.x, d.z)), -glm::degrees(std::asin(d.y)));
-            const double found = double{profile.candela} * double{profile.shares[i * profile.vertical.size() + j]};
-            worst = std::max(worst, std::abs(found - expected));
-        }
-    EXPECT_LT(worst, 10) << "2 h^2 / 8 times the second derivative, for steps h of 2 degrees";
-    EXPECT_EQ(profile.vertical.back(), float(kPi / 2)) << "is dark above";
+/// Returns the mean over all directions of a file of type A or B, whose angles begin at `least`, in steps of 0.25
+/// degrees.
+double mean_of(const IesFile& file, double least) {
+    double sum = 0;
+    for (double v = least + 0.125; v < 90; v += 0.25)
+        for (double h = least + 0.125; h < 90; h += 0.25)
+            sum += file.candela(v, h) * std::cos(glm::radians(file.type == 3 ? v : h));
+    return sum * glm::radians(0.25) * glm::radians(0.25) / (4 * kPi);
+}
 
-    // The mean over all directions; dw = cos(horizontal) for this axis.
-    const auto mean = [&](double least_v, double least_h) {
-        double sum = 0;
-        for (double v = least_v + 0.25; v < 90; v += 0.5)
-            for (double h = least_h + 0.25; h < 90; h += 0.5) sum += file.candela(v, h) * std::cos(glm::radians(h));
-        return sum * glm::radians(0.5) * glm::radians(0.5) / (4 * kPi);
-    };
-    EXPECT_NEAR(mean_share(profile) * double{profile.candela} / mean(-90, -90), 1, 0.01);
+TEST(IesFiles, OfTypesAAndBHaveAnAxisAcrossTheirDirection) {
+    for (const int type : {2, 3}) {
+        // A beam whose centre is 20 degrees from the direction towards X, and 30 clockwise from it.
+        const auto candela = [](double v, double h) {
+            return 1000 * std::exp(-((v - 20) * (v - 20) + (h - 30) * (h - 30)) / 200);
+        };
+        IesFile file{
+            .vertical = degrees(-90, 90, 2), .horizontal = degrees(-90, 90, 2), .candela = candela, .type = type};
+        const LightProfile profile = read_ies("a.ies", file.text());
+        double worst = 0;
+        for (std::size_t i = 0; i < profile.horizontal.size(); ++i)
+            for (std::size_t j = 0; j < profile.vertical.size(); ++j) {
+                const auto [v, h] = angles_of(type, profile.vertical[j], profile.horizontal[i]);
+                const double found = double{profile.candela} * double{profile.shares[i * profile.vertical.size() + j]};
+                worst = std::max(worst, std::abs(found - candela(v, h)));
+            }
+        EXPECT_LT(worst, 10) << "2 h^2 / 8 times the second derivative, for steps h of 2 degrees";
+        EXPECT_NEAR(mean_share(profile) * double{profile.candela} / mean_of(file, -90), 1, 0.01) << type;
+        EXPECT_NEAR(profile.candela, 1000, 10);
+        EXPECT_EQ(profile.vertical.back(), float(kPi / 2)) << "is dark behind";
 
-    file.vertical = file.horizontal = degrees(0, 90, 5);  // a quarter
-    file.candela = [](double v, double h) { return 1000 * std::exp(-(v * v / 300 + h * h / 900)); };
-    const LightProfile quarter = read_ies("a.ies", file.text());
-    EXPECT_NEAR(mean_share(quarter) * double{quarter.candela} / (4 * mean(0, 0)), 1, 0.01);
-    EXPECT_NEAR(candela_at(quarter, 30, 90), file.candela(0, 30), 3);
-    EXPECT_NEAR(candela_at(quarter, 30, 180), file.candela(30, 0), 3);
+        file.vertical = file.horizontal = degrees(0, 90, 5);  // a quarter
+        file.candela = [](double v, double h) { return 1000 * std::exp(-(v * v / 300 + h * h / 900)); };
+        const LightProfile quarter = read_ies("a.ies", file.text());
+        EXPECT_NEAR(mean_share(quarter) * double{quarter.candela} / (4 * mean_of(file, 0)), 1, 0.01) << type;
+        for (const double h : {0, 180}) EXPECT_NEAR(candela_at(quarter, 30, h), file.candela(30, 0), 1) << type;
+        for (const double h : {90, 270}) EXPECT_NEAR(candela_at(quarter, 30, h), file.candela(0, 30), 1) << type;
+    }
+}
 
-    file.vertical = file.horizontal = degrees(-90, 90, 0.4);
+TEST(IesFiles, OfTypesAAndBMayBeNarrowOrGoAround) {
+    // A searchlight of half a degree beside its axis: no fixed step of half a degree would meet it.
+    IesFile file{.vertical = {1.1, 1.3, 1.5},
+                 .horizontal = {0.1, 0.3, 0.6},
+                 .candela = [](double, double) { return 1e6; },
+                 .type = 2};
+    const LightProfile narrow = read_ies("a.ies", file.text());
+    const double area = glm::radians(0.4) * glm::radians(0.5);
+    EXPECT_NEAR(mean_share(narrow) * double{narrow.candela} / (1e6 * area / (4 * kPi)), 1, 0.1);
+    EXPECT_EQ(narrow.candela, 1e6f);
+
+    file = {.vertical = {-90, 0, 90},
+            .horizontal = {-180, 0, 90, 180},
+            .candela = [](double, double h) { return std::abs(h); },
+            .type = 3};
+    const LightProfile around = read_ies("a.ies", file.text());
+    EXPECT_NEAR(candela_at(around, 180, 0), 180, 1e-3) << "behind";
+    EXPECT_NEAR(candela_at(around, 90, 270), 90, 1e-3) << "to -Y";
+    EXPECT_NEAR(candela_at(around, 90, 90), 90, 1e-3);
+
+    file.horizontal = file.vertical = degrees(-90, 90, 0.4);
     EXPECT_LE(read_ies("a.ies", file.text()).shares.size(), kMostIesValues);
 }
 
