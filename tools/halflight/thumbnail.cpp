@@ -51,7 +51,7 @@ void add_thumbnail_options(CLI::App& app, ThumbnailArguments& a) {
     app.add_option("OUTPUT", a.outputs, "picture: .png, .jpg or .tif")->type_name("")->required()->expected(1);
     a.settings.denoise = true;
     a.settings.samples = 64;
-    a.settings.time_limit = 1;
+    a.settings.time_limit = 0.7;
     a.choice.in_memory = true;
     a.needs_surfaces = true;
     Options options(app);
