@@ -142,6 +142,9 @@ LoadedScene::LoadedScene(SceneChoice choice, const CameraChoice& camera, const L
     size_ = size_of(scene_);  // with surfaces that edits hide, which later edits may show
     size_.moves = surfaces_move_;
     apply_edits();
+    for (const LightProfile& profile : scene_.light_profiles)
+        if (profile.candela == 0 && !profile.path.empty())
+            log.warn("{}: has no light: all its intensities are 0", profile.path);
     if (!pages_)
         for (const std::string& name : dark_light_groups(scene_, driven_emission_))
             log.warn("light group '{}' has no light", name);

@@ -75,6 +75,8 @@ void add_thumbnail_options(CLI::App& app, ThumbnailArguments& a) {
 
 void finish_thumbnail_options(const CLI::App& app, ThumbnailArguments& a) {
     check_leftovers(app, "halflight thumbnail");
+    if (std::error_code none; std::filesystem::is_directory(a.outputs[0], none))
+        throw UsageError(a.outputs[0].string(), "is a folder, not a name for the thumbnail");
     // Some file managers want a temporary file without an extension, or a hidden one such as
     // .gnome_desktop_thumbnail.X.
     const bool temporary = !is_picture_name(a.outputs[0]) && a.outputs[0].filename().string().starts_with(".");

@@ -121,7 +121,7 @@ class Maker {
     Shown make(const Json& light, std::size_t index) {
         const std::string element = fmt::format("extensions.{}.lights[{}]", kExtension, index);
         const std::string type = light.value("type", light.value("shape", "rect"));
-        if (type != "rect" && type != "disk") document_.fail(element, "type '{}' is unknown", type);
+        if (type != "rect" && type != "disk") document_.fail(element, "type '{}' is neither 'rect' nor 'disk'", type);
         const bool disc = type == "disk";
         Shown shown;
         shown.width = shown.height = length_of(light.value("size", 1.0), "size", element, document_);

@@ -111,7 +111,7 @@ TEST_F(GltfAreaLight, DamagedIsOneLine) {
     const GltfBuilder b = with_lights({{{"type", "rect"}, {"rect", Json::object()}}});
     const std::string lights = "extensions.EXT_lights_area.lights[0]";
     expect_refused(b,
-                   {{"/extensions/EXT_lights_area/lights/0/type", "tube", lights + ": type 'tube' is unknown"},
+                   {{"/extensions/EXT_lights_area/lights/0/type", "tube", lights + ": type 'tube' is neither"},
                     {"/extensions/EXT_lights_area/lights/0/type", 1, lights + ".type"},
                     {"/extensions/EXT_lights_area/lights/0/size", 0, lights + ": size is 0, not positive"},
                     {"/extensions/EXT_lights_area/lights/0/size", -1, lights + ": size is -1"},
