@@ -107,7 +107,7 @@ double length_of(double length, const char* what, const std::string& element, co
     return length;
 }
 
-/// What the nodes of a light share.
+/// The mesh of a light, and its size in units of its nodes.
 struct Shown {
     std::size_t mesh = 0;
     double width = 0, height = 0;
@@ -150,9 +150,8 @@ class Maker {
   private:
     Json& root_;
     GltfDocument& document_;
-    std::map<bool, std::pair<std::size_t, std::size_t>>
-        shapes_;                        // accessors of front and body, by whether it is a disc
-    std::optional<std::size_t> black_;  // material of bodies
+    std::map<bool, std::pair<std::size_t, std::size_t>> shapes_;  // accessors of front and body; key: it is a disc
+    std::optional<std::size_t> black_;                            // material of bodies
 };
 
 }  // namespace

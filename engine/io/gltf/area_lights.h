@@ -9,7 +9,7 @@
 
 namespace halflight {
 
-/// A node that shows the mesh of an area light, and the node that refers to the light.
+/// A node that shows the mesh of an area light, the node that refers to the light, and the size in units of that node.
 struct AreaLightNode {
     std::size_t child = 0, node = 0;
     double width = 0, height = 0;

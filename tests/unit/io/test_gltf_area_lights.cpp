@@ -18,9 +18,9 @@ GltfBuilder with_lights(const Json& list) {
     return b;
 }
 
-/// What emits of a light, in the world.
+/// Bounds and areas of a light in the world.
 struct Shape {
-    dvec3 least{1e9}, most{-1e9};  // bounds
+    dvec3 least{1e9}, most{-1e9};  // bounds of emissive triangles
     dvec3 front{0}, all{0};        // sums of the area vectors of emissive triangles, and of all
 };
 
