@@ -21,16 +21,17 @@ using Json = nlohmann::json;
 
 constexpr const char* kExtension = "EXT_lights_area";
 constexpr int kSides = 64;       // of a disc; its edge is within 0.1 % of the radius
-constexpr float kDepth = 1e-3f;  // of the body behind a light, in units of its size
+constexpr float kDepth = 1e-3f;  // of the body behind a light and of its rim, in units of the light's size
 constexpr double kMostFloat = std::numeric_limits<float>::max();
 
-/// Corners of triangles of a thin prism behind the plane of X and Y.
+/// Corners of triangles of a light in the plane of X and Y and of the thin prism behind it.
 struct Prism {
     std::vector<vec3> front{}, body{};  // the face to -Z, and all others
 };
 
 /// Returns the prism of a square of side 1 or of a disc of diameter 1. Surfaces emit on both sides, so the other faces
-/// keep the light that the front emits backwards.
+/// keep the light that the front emits backwards. Shadow rays end a little before the front, so a rim around it lets
+/// those from behind meet the body earlier.
 Prism prism_of(bool disc) {
     std::vector<vec3> ring{{-0.5f, -0.5f, 0}, {-0.5f, 0.5f, 0}, {0.5f, 0.5f, 0}, {0.5f, -0.5f, 0}};
     if (disc) {
@@ -40,13 +41,14 @@ Prism prism_of(bool disc) {
             ring.emplace_back(radius * std::cos(i * angle), -radius * std::sin(i * angle), 0);
     }
     Prism prism;
+    constexpr float kRim = 1 + 2 * kDepth;  // factor of the rim's outer edge
     const vec3 depth(0, 0, kDepth);
     for (std::size_t i = 0; i < ring.size(); ++i) {
-        const vec3 a = ring[i], b = ring[(i + 1) % ring.size()];
-        prism.body.insert(prism.body.end(), {a, a + depth, b, b, a + depth, b + depth});
+        const vec3 a = ring[i], b = ring[(i + 1) % ring.size()], c = kRim * a, d = kRim * b;
+        prism.body.insert(prism.body.end(), {a, c, d, a, d, b, c, c + depth, d, d, c + depth, d + depth});
         if (i == 0 || i + 1 == ring.size()) continue;
         prism.front.insert(prism.front.end(), {ring[0], a, b});
-        prism.body.insert(prism.body.end(), {ring[0] + depth, b + depth, a + depth});
+        prism.body.insert(prism.body.end(), {kRim * ring[0] + depth, d + depth, c + depth});
     }
     return prism;
 }
@@ -59,6 +61,8 @@ std::size_t add(Json& root, const char* list, Json object) {
 
 /// Adds an accessor of positions, in a buffer of its own. Returns its index.
 std::size_t add_positions(Json& root, const std::vector<vec3>& positions) {
+    vec3 least(0), most(0);
+    for (const vec3& p : positions) least = glm::min(least, p), most = glm::max(most, p);
     std::string bytes(positions.size() * sizeof(vec3), '\0'), uri = "data:application/octet-stream,";
     std::memcpy(bytes.data(), positions.data(), bytes.size());
     for (const char c : bytes) uri += fmt::format("%{:02X}", static_cast<unsigned char>(c));
@@ -69,8 +73,8 @@ std::size_t add_positions(Json& root, const std::vector<vec3>& positions) {
                 {"componentType", 5126},
                 {"count", positions.size()},
                 {"type", "VEC3"},
-                {"min", {-0.5, -0.5, 0}},
-                {"max", {0.5, 0.5, kDepth}}});
+                {"min", {least.x, least.y, least.z}},
+                {"max", {most.x, most.y, most.z}}});
 }
 
 /// Returns a material that emits and does not reflect.

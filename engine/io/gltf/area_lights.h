@@ -17,9 +17,9 @@ struct AreaLightNode {
 
 /// Adds a mesh and a material for each area light that the scene uses, and to each node that refers to one a child that
 /// shows the mesh. The mesh is a square of side 1, or a disc of 64 sides and the area of its circle. Behind it lies a
-/// black body, as thick as a thousandth of its size. Other lights of these nodes are removed, with a warning. `root`
-/// has passed check_gltf(). Throws Error for lengths that are not positive or too large, and for types that are
-/// unknown.
+/// black body, as thick as a thousandth of its size, with a rim as wide. Other lights of these nodes are removed, with
+/// a warning. `root` has passed check_gltf(). Throws Error for lengths that are not positive or too large, and for
+/// types that are unknown.
 std::vector<AreaLightNode> add_area_lights(nlohmann::json& root, GltfDocument& document);
 
 /// Gives the children their transforms, by which the lights have their size times the largest component of the world

@@ -1,4 +1,5 @@
 // Tests EXT_lights_area: size, orientation and emission of rectangles and discs, scaled nodes, and damaged values.
+#include <algorithm>
 #include <array>
 
 #include "tests/unit/io/gltf_builder.h"
@@ -55,6 +56,11 @@ TEST_F(GltfAreaLight, EmitsFromItsFrontAlone) {
     EXPECT_LT(glm::distance(panel.most, dvec3(3, 5, 1)), 1e-5);
     EXPECT_LT(glm::distance(disc.front, dvec3(0, 0, -kPi * 4)), 1e-5);
     EXPECT_NEAR(disc.most.x, 2, 0.002);
+    for (const std::size_t i : {1, 2}) {
+        const std::vector<vec3>& all = scene.meshes[static_cast<std::size_t>(scene.instances[i].mesh)].positions;
+        const auto right = std::ranges::max(all, {}, [](const vec3& p) { return p.x; });
+        EXPECT_GT(right.x, 0.5008f) << "a rim keeps rays from behind off the edge of the front";
+    }
     for (const Shape& shape : {panel, disc}) EXPECT_LT(glm::length(shape.all), 1e-5) << "the body is closed";
     ASSERT_EQ(scene.materials.size(), 4u);
     EXPECT_EQ(scene.materials[0].emission, vec3(0)) << "of the bodies";
