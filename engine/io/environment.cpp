@@ -103,9 +103,8 @@ Image map_of(const std::string& subject, const ExrFile& file, SceneReport& repor
     return file.displayed(channels);
 }
 
-/// Returns the equirectangular map of a cube map, whose faces ImfEnvmap.h arranges. Around the horizon, the map has the
-/// pixels of four faces. Each texel is the mean of 2 x 2 directions, in which the cube is interpolated linearly.
-Image equirectangular(const std::string& subject, const Image& cube, const ExrLimits& limits) {
+/// Returns the equirectangular map of a cube map, whose faces ImfEnvmap.h arranges. The cube is interpolated linearly.
+Image map_of_cube(const std::string& subject, const Image& cube, const ExrLimits& limits) {
     const int face_size = cube.width;
     if (cube.height != 6 * face_size)
         throw Error(subject, "is a cube map of {} x {} pixels, which is not 1:6", cube.width, cube.height);
@@ -119,10 +118,11 @@ Image equirectangular(const std::string& subject, const Image& cube, const ExrLi
         const float* const p = cube.at(x, y);
         return vec3(p[0], p[1], p[2]);
     };
-    const auto lookup = [&](const Imath::V3f& direction) {
+    return equirectangular(face_size, [&](const dvec3& direction) {
         Imf::CubeMapFace face{};
         Imath::V2f in_face;
-        Imf::CubeMap::faceAndPixelPosition(direction, window, face, in_face);
+        const Imath::V3f exr(Imath::V3d(-direction.z, direction.y, direction.x));  // ImfEnvmap.h: +Z is the centre
+        Imf::CubeMap::faceAndPixelPosition(exr, window, face, in_face);
         const Imath::V2f place = Imf::CubeMap::pixelPosition(face, window, in_face);
         const int top = face * face_size, end = face_size - 1;
         const int x = std::clamp(static_cast<int>(place.x), 0, end), right = std::min(x + 1, end);
@@ -130,24 +130,7 @@ Image equirectangular(const std::string& subject, const Image& cube, const ExrLi
         const float tx = place.x - static_cast<float>(x), ty = place.y - static_cast<float>(y);
         return glm::mix(glm::mix(pixel(x, y), pixel(right, y), tx), glm::mix(pixel(x, below), pixel(right, below), tx),
                         ty);
-    };
-    constexpr int kSteps = 2;  // directions of a texel along each axis
-    Image map(4 * face_size, 2 * face_size, 3);
-    const auto fill_row = [&](int y) {
-        for (int x = 0; x < map.width; ++x) {
-            vec3 sum(0);
-            for (int i = 0; i < kSteps * kSteps; ++i) {
-                const double u = (x + (i % kSteps + 0.5) / kSteps) / map.width;
-                const double v = (y + (i / kSteps + 0.5) / kSteps) / map.height;
-                const double longitude = kPi * (1 - 2 * u), latitude = kPi * (0.5 - v);
-                sum += lookup(Imath::V3f(Imath::V3d(std::sin(longitude) * std::cos(latitude), std::sin(latitude),
-                                                    std::cos(longitude) * std::cos(latitude))));
-            }
-            for (int c = 0; c < 3; ++c) map.at(x, y)[c] = sum[c] / float(kSteps * kSteps);
-        }
-    };
-    tbb::this_task_arena::isolate([&] { tbb::parallel_for(0, map.height, fill_row); });
-    return map;
+    });
 }
 
 /// Replaces NaN and negative values by 0, and infinity by the largest finite value. Returns the number of such texels.
@@ -185,6 +168,26 @@ void convert(const std::string& subject, Image& map, const Chromaticities& from)
 
 }  // namespace
 
+Image equirectangular(int face_size, const std::function<vec3(const dvec3&)>& radiance) {
+    constexpr int kSteps = 2;  // directions of a texel along each axis
+    Image map(4 * face_size, 2 * face_size, 3);
+    const auto fill_row = [&](int y) {
+        for (int x = 0; x < map.width; ++x) {
+            vec3 sum(0);
+            for (int i = 0; i < kSteps * kSteps; ++i) {
+                const double u = (x + (i % kSteps + 0.5) / kSteps) / map.width;
+                const double v = (y + (i / kSteps + 0.5) / kSteps) / map.height;
+                const double longitude = kPi * (1 - 2 * u), latitude = kPi * (0.5 - v);
+                sum += radiance(dvec3(std::cos(longitude) * std::cos(latitude), std::sin(latitude),
+                                      -std::sin(longitude) * std::cos(latitude)));
+            }
+            for (int c = 0; c < 3; ++c) map.at(x, y)[c] = sum[c] / float(kSteps * kSteps);
+        }
+    };
+    tbb::this_task_arena::isolate([&] { tbb::parallel_for(0, map.height, fill_row); });
+    return map;
+}
+
 Environment load_environment(const std::filesystem::path& path, SceneReport& report, const ExrLimits& limits) {
     const std::string subject = path.string();
     Environment environment;
@@ -217,7 +220,7 @@ Environment load_environment(const std::filesystem::path& path, SceneReport& rep
         report.warnings.push_back(
             fmt::format("{}: {} texels that were not finite or negative were repaired", subject, repaired));
     }
-    if (cube) map = equirectangular(subject, map, limits);
+    if (cube) map = map_of_cube(subject, map, limits);
     if (primaries && !same_space(*primaries, kRec709)) convert(subject, map, *primaries);
     if (map.width != 2 * map.height)
         report.warnings.push_back(fmt::format("{}: {} x {} is not 2:1; the map is stretched over the sphere", subject,

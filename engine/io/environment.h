@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 
 #include "engine/io/exr.h"
 #include "engine/scene/scene.h"
@@ -15,5 +16,10 @@ namespace halflight {
 /// environment without a map. Throws Error for unreadable, damaged, truncated and oversized files, and for files
 /// without light.
 Environment load_environment(const std::filesystem::path& path, SceneReport& report, const ExrLimits& limits = {});
+
+/// Returns the equirectangular map of a cube map, 4 by 2 times `face_size`: around the horizon, it has the pixels of
+/// four faces. `radiance` returns what a direction of the world, a unit vector, shows; its calls are concurrent. Each
+/// texel is the mean of 2 x 2 directions.
+Image equirectangular(int face_size, const std::function<vec3(const dvec3&)>& radiance);
 
 }  // namespace halflight

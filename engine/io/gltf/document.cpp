@@ -13,6 +13,7 @@
 #include "engine/io/gltf/buffers.h"
 #include "engine/io/gltf/driven.h"
 #include "engine/io/gltf/extras.h"
+#include "engine/io/gltf/image_light.h"
 #include "engine/io/gltf/light_profiles.h"
 #include "engine/io/gltf/parts.h"
 #include "engine/io/gltf/rules.h"
@@ -440,11 +441,13 @@ GltfDocument open_gltf(const fs::path& path, const GltfOptions& options) {
     if (root.contains("nodes"))
         for (const Json& node : root["nodes"]) document.visible.push_back(node.value(visible, true) ? 1 : 0);
     document.switched = switched_nodes(document.animations, document.visible.size());
-    const Json profiles = root.value(Json::json_pointer("/extensions/EXT_lights_ies/lights"), Json::array());
+    const Json environment = environment_of(root),
+               profiles = root.value(Json::json_pointer("/extensions/EXT_lights_ies/lights"), Json::array());
     document.model = to_model(std::move(root), document.file);
     choose_images(document, required);
     read_light_profiles(profiles, document);
     size_area_lights(area_lights, document);
+    read_environment(environment, document);
     return document;
 }
 

@@ -99,6 +99,8 @@ struct GltfDocument {
     std::vector<LightProfile> light_profiles;            // distinct profiles of EXT_lights_ies that are used
     std::vector<GltfProfileElement> profiles;            // elements of the list of EXT_lights_ies
     MemoryLedger::Entry profile_memory;                  // bytes of the profiles, here and in the scene
+    Environment environment;                             // environment of the file; black: none
+    MemoryLedger::Entry environment_memory;              // bytes of its map, here and in the scene
     std::vector<LightSize> light_sizes;                  // size of each light, from its extras
     std::vector<Lens> lenses;                            // lens of each camera, from its extras
     nlohmann::json materials = nlohmann::json::array();  // materials of the file, checked

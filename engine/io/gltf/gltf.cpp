@@ -24,18 +24,6 @@
 namespace halflight {
 namespace {
 
-Environment convert_environment(const GltfDocument& document) {
-    Environment environment;
-    const tinygltf::Value* extension = find_extension(document.model.extensions, "HALFLIGHT_environment");
-    if (!extension) return environment;
-    environment.name = "HALFLIGHT_environment";
-    const tinygltf::Value& color = extension->Get("color");
-    for (int i = 0; i < 3; ++i) environment.color[i] = static_cast<float>(color.Get(i).GetNumberAsDouble());
-    if (!all_finite(environment.color) || glm::any(glm::lessThan(environment.color, vec3(0))))
-        document.fail("extensions.HALFLIGHT_environment", "color is negative or not finite");
-    return environment;
-}
-
 /// Returns the factor by which a transform scales lengths, the geometric mean over its axes; 1 if it is degenerate.
 double scale_of(const dmat4& world) {
     const double scale = std::cbrt(std::abs(glm::determinant(dmat3(world))));
@@ -157,7 +145,7 @@ Scene convert(GltfDocument& document, const std::filesystem::path& path, GltfPos
     scene.cameras = convert_cameras(document, nodes);
     scene.lights = convert_lights(document, nodes);
     scene.light_profiles = document.light_profiles;
-    scene.environment = convert_environment(document);
+    scene.environment = document.environment;
     warn_of_left_out(scene.report, document.warnings);
     write_warnings(document, document.warnings, scene.report);
     free_views(document, kept.primitives);
@@ -516,7 +504,7 @@ struct GltfMeshSource::State {
         scene.cameras = convert_cameras(document, nodes);
         scene.lights = convert_lights(document, nodes);
         scene.light_profiles = document.light_profiles;
-        scene.environment = convert_environment(document);
+        scene.environment = document.environment;
         check(scene, path);
         report();
     }

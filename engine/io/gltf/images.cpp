@@ -275,6 +275,19 @@ TextureImage roughness_from(const TextureImage& specular_glossiness, float facto
 
 }  // namespace
 
+TextureImage read_image(GltfDocument& document, std::size_t image) {
+    const std::string subject = document.file + ": " + element_name(document, image);
+    const ByteSource encoded = open_encoded(document, image);
+    const int max_side = document.options.max_image_side;
+    const ImageHeader header = read_header(subject, encoded, max_side);
+    MemoryLedger::process().check(header.texels_bytes() + header.decoding_bytes, subject, "image");
+    std::string buffer;
+    const std::string_view bytes = encoded.read(0, encoded.size(), buffer);
+    TextureImage result;
+    format_of(subject, bytes).read(subject, bytes, max_side, result);
+    return result;
+}
+
 ImageSizes measure_images(GltfDocument& document, const std::vector<GltfMaterial>& materials) {
     std::map<int, std::size_t> texels;  // bytes of level 0, by glTF image
     ImageSizes sizes;

@@ -39,6 +39,10 @@ struct ImageSizes {
 /// refuses count as empty.
 ImageSizes measure_images(GltfDocument& document, const std::vector<GltfMaterial>& materials);
 
+/// Decodes an image of the file, without mip levels. Throws Error if it cannot be read, or if it does not fit into the
+/// memory budget.
+TextureImage read_image(GltfDocument& document, std::size_t image);
+
 /// Decodes the images that materials refer to (PNG, JPEG, WebP, KTX2) and points the materials at them. Throws Error
 /// that names image and URI if one is missing, cannot be decoded, is too large or has another format. Fallbacks
 /// replace images of optional extensions; textures without a readable image are left out, with a warning.

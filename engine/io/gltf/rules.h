@@ -17,15 +17,16 @@ enum class GltfKind {
     number,
     natural,  // 0 to 2^31 - 1, or 2^53 if `of` is "size"
     text,
-    texts,       // array of text
-    numbers,     // array of `length` numbers; of any length if `length` is 0
-    index,       // index into the list `of`
-    indices,     // array of such indices
-    index_map,   // object whose values are such indices
-    index_maps,  // array of objects whose values are such indices
-    naturals,    // object whose values are natural
-    object,      // object of type `of`
-    objects,     // array of such objects
+    texts,        // array of text
+    numbers,      // array of `length` numbers; of any length if `length` is 0
+    index,        // index into the list `of`
+    indices,      // array of such indices
+    index_map,    // object whose values are such indices
+    index_maps,   // array of objects whose values are such indices
+    index_lists,  // array of arrays of such indices
+    naturals,     // object whose values are natural
+    object,       // object of type `of`
+    objects,      // array of such objects
 };
 
 struct GltfRule {
@@ -37,9 +38,11 @@ struct GltfRule {
     bool dropped = false;  // whether a fault removes the object, or the element of its array, with a warning
 };
 
-/// Names of the lists of EXT_lights_ies and EXT_lights_area. Their key, "lights", is that of another list.
+/// Names of the lists of other extensions of lights than KHR_lights_punctual. Their key, "lights", is that of another
+/// list.
 inline constexpr const char* kLightProfileList = "light profiles";
 inline constexpr const char* kAreaLightList = "area lights";
+inline constexpr const char* kImageLightList = "image lights";
 
 /// Rules of an object, by its type.
 using GltfRules = std::map<std::string, std::vector<GltfRule>, std::less<>>;

@@ -34,6 +34,7 @@ class Checker {
         for (const auto& [list, place] : {std::pair("lights", "/extensions/KHR_lights_punctual/lights"),
                                           std::pair(kLightProfileList, "/extensions/EXT_lights_ies/lights"),
                                           std::pair(kAreaLightList, "/extensions/EXT_lights_area/lights"),
+                                          std::pair(kImageLightList, "/extensions/EXT_lights_image_based/lights"),
                                           std::pair("variants", "/extensions/KHR_materials_variants/variants")}) {
             const Json::json_pointer pointer(place);
             if (root.contains(pointer) && root[pointer].is_array()) list_sizes_[list] = root[pointer].size();
@@ -151,6 +152,9 @@ class Checker {
                 break;
             case GltfKind::index_maps:
                 each(value, path, [&](Json& v) { index_map(v, rule.of, path); });
+                break;
+            case GltfKind::index_lists:
+                each(value, path, [&](Json& list) { each(list, path, [&](Json& v) { index(v, rule.of, path); }); });
                 break;
             case GltfKind::naturals:
                 each_value(value, path, [&](Json& v) { natural(v, kMaxNatural, path); });

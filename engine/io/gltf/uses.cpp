@@ -18,7 +18,8 @@ std::map<std::string, std::vector<GltfRule>, std::less<>> find_links() {
     for (auto& [type, rules] : links)
         std::erase_if(rules, [](const GltfRule& rule) {
             const bool refers = rule.kind == index || rule.kind == indices || rule.kind == index_map ||
-                                rule.kind == index_maps || rule.kind == object || rule.kind == objects;
+                                rule.kind == index_maps || rule.kind == index_lists || rule.kind == object ||
+                                rule.kind == objects;
             return !refers || rule.of == "variant mappings";
         });
     return links;
@@ -27,7 +28,8 @@ std::map<std::string, std::vector<GltfRule>, std::less<>> find_links() {
 /// Returns the type of the objects of each list.
 const std::map<std::string, std::string, std::less<>>& types() {
     static const std::map<std::string, std::string, std::less<>> types = [] {
-        std::map<std::string, std::string, std::less<>> all{{"lights", "light"}, {kLightProfileList, "light profile"}};
+        std::map<std::string, std::string, std::less<>> all{
+            {"lights", "light"}, {kLightProfileList, "light profile"}, {kImageLightList, "image light"}};
         for (const GltfRule& rule : gltf_rules().at("root"))
             if (rule.kind == GltfKind::objects) all[rule.key] = rule.of;
         return all;
@@ -43,6 +45,7 @@ class Walk {
             const Json::json_pointer place =
                 type == "light"           ? Json::json_pointer("/extensions/KHR_lights_punctual/lights")
                 : type == "light profile" ? Json::json_pointer("/extensions/EXT_lights_ies/lights")
+                : type == "image light"   ? Json::json_pointer("/extensions/EXT_lights_image_based/lights")
                                           : Json::json_pointer() / list;
             if (!root.contains(place)) continue;
             lists_[list] = &root.at(place);
@@ -112,7 +115,7 @@ class Walk {
         for (const Json& each : value) {
             if (rule.kind == GltfKind::objects)
                 object(each, rule.of);
-            else if (rule.kind == GltfKind::index_maps)
+            else if (rule.kind == GltfKind::index_maps || rule.kind == GltfKind::index_lists)
                 for (const Json& index : each) reach(rule.of, index.get<std::size_t>());
             else
                 reach(rule.of, each.get<std::size_t>());
