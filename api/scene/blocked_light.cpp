@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kMostLights = 64, kMostCameras = 4;
 constexpr int kSide = 12;                // points along each side of a picture
-constexpr double kMostOpen = 0.02;       // share of points up to which a light counts as hidden
+constexpr double kLeastShare = 0.1;      // share of a light's points from which on it counts as hidden
 constexpr std::size_t kLeastHidden = 2;  // points that glass hides from a light
 
 std::string called(const char* what, const std::string& name, std::size_t index) {
@@ -73,16 +73,17 @@ std::vector<std::string> blocked_lights(const rays::LazyProbe& probe, const Scen
             if (const Material* glass = glass_before(probe.get(), light, at, is_open)) ++hidden[glass], ++behind;
             open += is_open;
         }
-        if (behind < kLeastHidden || double(open) > kMostOpen * double(open + behind)) continue;
+        const double share = double(behind) / double(open + behind);
+        if (behind < kLeastHidden || share < kLeastShare) continue;
         const Material& glass = *std::ranges::max_element(hidden, {}, [](const auto& h) { return h.second; })->first;
         const auto material = static_cast<std::size_t>(&glass - scene.materials.data());
         const std::string kind = is_solid(glass) ? "solid" : fmt::format("of roughness {:g}", glass.roughness);
         Material straight = glass;
         straight.straight_shadows = true;
         lines.push_back(fmt::format(
-            "{} reaches what the cameras see only through glass, {}, which is {}: {} is found there, because "
-            "light of little size passes thin clear glass alone (thickness 0, roughness below 0.01){}",
-            called("light", light.name, i), called("material", glass.name, material), kind,
+            "{}: glass, {}, which is {}, is before {:.0f} % of the visible surfaces that the light reaches: {} is found"
+            " there, because light of little size passes thin clear glass alone (thickness 0, roughness below 0.01){}",
+            called("light", light.name, i), called("material", glass.name, material), kind, 100 * share,
             light.radius > 0 || light.angle > 0 ? "its light, in speckles that are rare and bright,"
                                                 : "hardly any of its light",
             is_pane(straight) ? "; --glass-shadows straight lets it through panes and bulbs, without bending it" : ""));
