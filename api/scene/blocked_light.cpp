@@ -81,9 +81,11 @@ std::vector<std::string> blocked_lights(const rays::LazyProbe& probe, const Scen
         Material straight = glass;
         straight.straight_shadows = true;
         lines.push_back(fmt::format(
-            "{}: glass, {}, which is {}, is before {:.0f} % of the visible surfaces that the light reaches: {} is found"
+            "{}: glass, {}{}, which is {}, is before {:.0f} % of the visible surfaces that the light reaches: {} is "
+            "found"
             " there, because light of little size passes thin clear glass alone (thickness 0, roughness below 0.01){}",
-            called("light", light.name, i), called("material", glass.name, material), kind, 100 * share,
+            called("light", light.name, i), called("material", glass.name, material),
+            hidden.size() > 1 ? " and others" : "", kind, 100 * share,
             light.radius > 0 || light.angle > 0 ? "its light, in speckles that are rare and bright,"
                                                 : "hardly any of its light",
             is_pane(straight) ? "; --glass-shadows straight lets it through panes and bulbs, without bending it" : ""));

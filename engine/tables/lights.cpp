@@ -328,7 +328,11 @@ class Builder {
         tables_.environment = constant ? Image(1, 1, 3) : environment.map;
         std::vector<float>& pixels = tables_.environment.pixels;
         if (constant) std::fill(pixels.begin(), pixels.end(), 1.0f);
-        for (std::size_t i = 0; i < pixels.size(); ++i) pixels[i] *= environment.color[static_cast<int>(i % 3)];
+        for (std::size_t i = 0; i < pixels.size(); ++i) {
+            pixels[i] *= environment.color[static_cast<int>(i % 3)];
+            if (!std::isfinite(pixels[i]))
+                throw Error(scene_.name, "the environment '{}' is too bright for float32", environment.name);
+        }
         double integral = 4 * kPi * luminance_of(dvec3(environment.color));
         if (!constant) {
             cells_ = environment_cells(tables_.environment);

@@ -8,7 +8,7 @@ import numpy
 import exr_layers
 
 TOOLS = pathlib.Path(__file__).resolve().parent
-RENDER_SCRIPT = TOOLS.parent / "../shared/peers/cycles_render.py"
+RENDER_SCRIPT = TOOLS.parents[1] / "../shared/peers/cycles_render.py"
 
 
 def constant_map(radiance, file):

@@ -74,6 +74,10 @@ vec3 radiance_of(const Cube& cube, const dvec3& direction) {
 Cube read_cube(const nlohmann::json& levels, GltfDocument& document) {
     if (levels.empty() || levels[0].size() != kFaces.size())
         document.fail(kElement, "specularImages[0] has not six images");
+    // The faces as floats, and two maps: the document's and the scene's.
+    const std::size_t texels = measure_image(document, levels[0][0].get<std::size_t>());
+    const std::size_t most = 3 * sizeof(float) * (kFaces.size() + 2 * 8) * texels;
+    MemoryLedger::process().check(most, fmt::format("{}: {}", document.file, kElement), "environment map");
     Cube cube;
     for (std::size_t i = 0; i < cube.size(); ++i) {
         const TextureImage image = read_image(document, levels[0][i].get<std::size_t>());
@@ -137,11 +141,9 @@ void read_environment(const nlohmann::json& from, GltfDocument& document) {
                               element_of(error, document.file));
         return;
     }
-    const auto side = static_cast<std::size_t>(cube[0].width);
-    const std::size_t bytes = 2 * 3 * sizeof(float) * 4 * side * 2 * side;  // the scene has a copy
-    MemoryLedger::process().check(bytes, fmt::format("{}: {}", document.file, kElement), "environment map");
     environment.map = equirectangular(cube[0].width, [&](const dvec3& d) { return radiance_of(cube, rotation * d); });
-    document.environment_memory = {MemoryLedger::process(), MemoryPart::scene, bytes};
+    document.environment_memory = {MemoryLedger::process(), MemoryPart::scene,
+                                   2 * sizeof(float) * environment.map.pixels.size()};  // the scene has a copy
     environment.name = from.value("name", "EXT_lights_image_based");
     environment.color = vec3(intensity);
     const auto dark = [](float v) { return v == 0; };

@@ -275,6 +275,12 @@ TextureImage roughness_from(const TextureImage& specular_glossiness, float facto
 
 }  // namespace
 
+std::size_t measure_image(GltfDocument& document, std::size_t image) {
+    const std::string subject = document.file + ": " + element_name(document, image);
+    const ImageHeader header = read_header(subject, open_encoded(document, image), document.options.max_image_side);
+    return header.width * header.height;
+}
+
 TextureImage read_image(GltfDocument& document, std::size_t image) {
     const std::string subject = document.file + ": " + element_name(document, image);
     const ByteSource encoded = open_encoded(document, image);

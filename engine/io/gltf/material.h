@@ -39,6 +39,9 @@ struct ImageSizes {
 /// refuses count as empty.
 ImageSizes measure_images(GltfDocument& document, const std::vector<GltfMaterial>& materials);
 
+/// Returns the number of texels of an image of the file. Throws Error if it has no readable header.
+std::size_t measure_image(GltfDocument& document, std::size_t image);
+
 /// Decodes an image of the file, without mip levels. Throws Error if it cannot be read, or if it does not fit into the
 /// memory budget.
 TextureImage read_image(GltfDocument& document, std::size_t image);

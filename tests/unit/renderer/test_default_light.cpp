@@ -11,6 +11,7 @@
 #include "api/halflight/environment_choice.h"
 #include "api/halflight/frame_renderer.h"
 #include "api/halflight/loaded_scene.h"
+#include "api/scene/blocked_light.h"
 #include "tests/support/error_message.h"
 #include "tests/support/process.h"
 #include "tests/support/scenes.h"
@@ -230,6 +231,27 @@ TEST(NeutralSky, AddedToLampsThatAreShut) {
     EXPECT_TRUE(needs_sky(scene));
     scene.meshes.back().colors.assign(scene.meshes.back().positions.size(), vec4(1, 1, 1, 0.02f));
     EXPECT_FALSE(needs_sky(scene)) << "vertices are transparent";
+}
+
+TEST(BlockedLights, NamesGlassBeforeATenthOfTheSurfaces) {
+    // A floor seen from above under a pane of solid glass as wide as a share of the floor.
+    const auto lines = [](float share) {
+        Scene scene;
+        const std::uint32_t white = add_material(scene, diffuse_material(vec3(0.5f)));
+        Material glass;
+        glass.transmission = glass.thickness = 1, glass.roughness = 0;
+        add_quad(scene, white, {-1, 0, 1}, {2, 0, 0}, {0, 0, -2});
+        add_box(scene, add_material(scene, glass), {-1, 2, -1}, {-1 + 2 * share, 2.1f, 1});
+        add_light(scene, LightType::directional, 1, {}).direction = vec3(0, -1, 0);
+        const std::vector<Camera> cameras = {look_at_camera({0, 1.9, 0}, {0, 0, 0}, {0, 0, -1}, 1.05)};
+        return blocked_lights(rays::LazyProbe(scene), scene, cameras);
+    };
+    EXPECT_TRUE(lines(0).empty());
+    EXPECT_TRUE(lines(0.05f).empty());
+    const std::vector<std::string> some = lines(0.5f);
+    ASSERT_EQ(some.size(), 1u);
+    EXPECT_NE(some[0].find("light 0: glass, material 1, which is solid, is before 50 %"), std::string::npos) << some[0];
+    EXPECT_EQ(lines(1).size(), 1u);
 }
 
 TEST(NeutralSky, IsRepeatable) {
