@@ -126,6 +126,8 @@ void Renderer::State::finish(RenderResult& result, Film& film, const FrameSettin
         stats.layer_biases.emplace_back("textures: mip levels by ray footprint");
     if (scene.buffers().needs().solid_panes)
         stats.layer_biases.emplace_back("light passes solid glass straight on (straight_shadows)");
+    if (scene.buffers().needs().light_links)
+        stats.layer_biases.emplace_back("lights leave out objects (light links)");
     if (settings.clamp > 0 && bounces_of(settings) > 1)
         stats.layer_biases.push_back(
             fmt::format("indirect light clamped to a luminance of {:g} per sample", settings.clamp));

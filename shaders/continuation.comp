@@ -208,6 +208,11 @@ void add_met_light(PathVertex v, inout PathState state, inout PathPoint point) {
                              : environment_pdf(from, v.direction);
     if (kFirstHit) density *= float(HALFLIGHT_SHADOW_RAYS);  // event_of() has the same factor
     vec3 met = v.at.emission * (state.throughput * met_light_weight(state.pdf, density));
+    if (kLightLinks) {
+        uint link_set = link_set_entry(entry_of_met(v.hit, v.is_hit));
+        bool left_out = !lights_receiver(link_set, from) || (sampled_alone(link_set) && state.pdf > 0.0);
+        met = left_out ? vec3(0.0) : met;
+    }
     bool is_lamp = kSizedLights && choose_met(v, met);
     if (kLightGroups > 0u) {
         uint group = group_of_met(v.hit, v.is_hit);
@@ -250,7 +255,7 @@ VertexCells cells_of(PathVertex v, Bsdf b, PathState state) {
 
 // Adds the diffuse light of a known cell, in the place of the path's own.
 void take_light_of_cell(PathVertex v, VertexCells c, PathPoint point, inout PathState state, inout Bsdf b) {
-    uint known = c.usable && !point.takes_rest ? known_cell(v.at.position, v.geometric_normal, c.finest, c.levels)
+    uint known = c.usable && !point.takes_rest ? known_cell(v.at.position, v.geometric_normal, v.at.link_class, c.finest, c.levels)
                                                : kNoCacheCell;
     vec3 from_cell = cache_mean(known == kNoCacheCell ? 0u : known);
     state.indirect += known != kNoCacheCell ? state.throughput * b.diffuse * from_cell : vec3(0.0);
@@ -269,7 +274,7 @@ void begin_point(PathVertex v, VertexCells c, PathState state, inout Bsdf b, ino
         stored = cache_point(c.levels, state.throughput * b.diffuse);
         point.takes_diffuse = c.usable;
         float to_feed = sample_1d(v.random, vertex_dimension(depth, kDimensionRoulette));
-        point.is_known = c.usable && find_cells(v.at.position, v.geometric_normal, c.finest, to_feed, stored);
+        point.is_known = c.usable && find_cells(v.at.position, v.geometric_normal, v.at.link_class, c.finest, to_feed, stored);
         point.exists = c.usable && !point.is_known;
         b.diffuse = c.usable ? vec3(1.0) : b.diffuse;
     }
@@ -313,10 +318,11 @@ struct LightSamples {
 LightSamples sample_lights(PathVertex v, Bsdf b, inout PathState state, inout PathPoint point) {
     LightSamples samples;
     uint dimension = vertex_dimension(depth, kDimensionLight);
-    NextEvent e = sample_next_event(v.at.position, v.at.offset, b, -v.direction, v.medium, v.random, dimension, 1u);
+    Receiver at = receiver_at(v.at.position, b.geometric_normal, v.at.link_class);
+    NextEvent e = sample_next_event(at, v.at.offset, b, -v.direction, v.medium, v.random, dimension, 1u);
     bool asks = split_light(e, state.throughput, point, state.pending, point.pending);
     if (kSun) {
-        NextEvent sun = sample_sun_event(v.at.position, v.at.offset, b, -v.direction, v.medium, v.random, dimension);
+        NextEvent sun = sample_sun_event(at, v.at.offset, b, -v.direction, v.medium, v.random, dimension);
         bool asks_sun = split_light(sun, state.throughput, point, samples.sun, point.sun);
         if (!asks) e.ray = kDeadRay;
         if (!asks_sun) sun.ray = kDeadRay;
@@ -402,7 +408,7 @@ void send_ray(PathVertex v, bool goes_on, Bsdf b, BsdfSample s, float pdf) {
     path_rays[v.path] = ray_from(v.at.position, v.at.offset, b.geometric_normal, s.direction, marked);
     if (kTextureLevels) cones[v.path] = scattered_cone(cones[v.path], v.distance, s.pdf);
     if (kVolume) media[v.path] = medium_towards(b, v.medium, s.direction);
-    if (kReceivers) receivers[v.path] = receiver_at(v.at.position, b.geometric_normal);
+    if (kReceivers) receivers[v.path] = receiver_at(v.at.position, b.geometric_normal, v.at.link_class);
 }
 
 // Stores what this vertex may have changed. Stores cost more than anything else here.

@@ -50,6 +50,8 @@ void main() {
         if (kTextureLevels)
             cones[path] = scattered_cone(camera_cone(frame), distance(point.position, primary_rays[path].origin), s.pdf);
         if (kVolume) media[path] = medium_towards(b, vec4(0.0), s.direction);
-        if (HALFLIGHT_RECEIVERS != 0) receivers[path] = Receiver(point.position, 0.0, b.geometric_normal, 0.0);
+        if (HALFLIGHT_RECEIVERS != 0)
+            receivers[path] =
+                Receiver(point.position, float_of_word(point.link_class), b.geometric_normal, 0.0);
     }
 }

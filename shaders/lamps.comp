@@ -60,7 +60,11 @@ float distance_to(Search ray, SizedLight light, bool is_disc) {
 }
 
 // Adds the light of a row that the ray meets at `way`. `factor` multiplies the density of light samples.
-void meet(inout Search ray, int row, float way, float probability, uint group, float factor) {
+void meet(inout Search ray, uint number, float way, float probability, float factor) {
+    int row = int(number) * kLightStride;
+    uint link_set = link_set_entry(entry_of_light(number));
+    if (!lights_receiver(link_set, ray.from) || (sampled_alone(link_set) && ray.pdf > 0.0)) return;
+    uint group = kLightGroups > 0u ? group_of_light(number) : 0u;
     SizedLight light = light_of_row(ray, row);
     vec3 radiance = texelFetch(scene_lights, row + 3).rgb * light.radiance;
     if (kSpotLights || kLightProfiles) {
@@ -77,8 +81,6 @@ void meet(inout Search ray, int row, float way, float probability, uint group, f
     ray.number = taken ? ray.number / share : (ray.number - share) / (1.0 - share);
     if (taken) ray.kept = MetLamp(more / value, way, float_of_word(group), 0u, 0u, 0u);
 }
-
-uint group_of(uint light) { return kLightGroups > 0u ? group_of_light(light) : 0u; }
 
 // Meets the balls of the light tree, whose nodes bound them. Returns whether the walk has come to its end.
 bool meet_lamps_of_tree(inout Search ray, float factor) {
@@ -139,7 +141,7 @@ bool meet_lamps_of_tree(inout Search ray, float factor) {
             vec4 head = texelFetch(scene_lights, row);
             float gain = light_tree_gain(light_way(ray.from, true, light_trail(word_of_float(head.w)), 0u),
                                          environment_share(ray.from));
-            meet(ray, row, way, texelFetch(scene_lights, row + 3).w * gain, group_of(light), factor);
+            meet(ray, light, way, texelFetch(scene_lights, row + 3).w * gain, factor);
         }
     }
     return waiting == 0u && lights.x == kNoLight;
@@ -154,7 +156,7 @@ void find_lights(inout Search ray, uint path) {
     if (kSun && kSizedSuns) {
         int sun = int(lights - 1u) * kLightStride;
         float way_to_sun = distance_to(ray, light_of_row(ray, sun), true);
-        if (way_to_sun >= 0.0) meet(ray, sun, way_to_sun, 1.0, group_of(lights - 1u), 1.0);
+        if (way_to_sun >= 0.0) meet(ray, lights - 1u, way_to_sun, 1.0, 1.0);
     }
     // Rows of lights with a size come last among those of points, spots and directional lights. The last one has their
     // number, without those that a light tree holds.
@@ -171,7 +173,7 @@ void find_lights(inout Search ray, uint path) {
         int row = int(light) * kLightStride;
         bool is_disc = light_kind(word_of_float(texelFetch(scene_lights, row).w)) == kLightDirectional;
         float way = distance_to(ray, light_of_row(ray, row), is_disc);
-        if (way >= 0.0) meet(ray, row, way, texelFetch(scene_lights, row + 3).w, group_of(light), factor);
+        if (way >= 0.0) meet(ray, light, way, texelFetch(scene_lights, row + 3).w, factor);
     }
     bool finished = light == end;
     if (kLightTree && HALFLIGHT_SIZED_LAMPS != 0) finished = meet_lamps_of_tree(ray, factor) && finished;

@@ -41,7 +41,8 @@ void main() {
     vec3 share = vec3(1.0);
     uint panes = 0u;  // panes passed
     float unit = length(ray.direction);
-    SolidPanes solids = SolidPanes(ray.t_min > 0.0, 0u, vec3(0.0), vec3(0.0), 0.0);
+    uint link_set = kShadowLinks && !kScattered ? set_of_shadow_ray(ray.t_min) : 0u;
+    SolidPanes solids = SolidPanes(is_marked_start(ray.t_min), 0u, vec3(0.0), vec3(0.0), 0.0);
     if (kScattered && kSolidPanes) solids.began_inside = endless_way(texelFetch(media, int(path))) > 0.0;
     // Mirrors and clear glass show solids bent.
     bool bends = false;
@@ -64,6 +65,9 @@ void main() {
         bool has_entered = solids.entered > 0u;
         if (kSolidPanes && ((leaves && !has_entered && solids.began_inside) || (bends && b.eta > 0.0)))
             passed = vec3(0.0);
+        bool is_linked = true;
+        if (kShadowLinks && !kScattered) is_linked = blocks_light(link_set, class_of_object(hit.triangle, hit.instance));
+        if (!is_linked) passed = vec3(1.0);
         if (kScattered) {
             // Rays that have entered a solid pass its other side, too.
             float chance = leaves && has_entered && passed != vec3(0.0) ? 1.0 : pane_chance(passed);
@@ -80,7 +84,7 @@ void main() {
         if (kSolidPanes && kScattered && kSizedLights && goes_on && finished && solids.entered > 0u &&
             met_lamps[path].distance > solids.from && met_lamps[path].distance <= hit.t * unit)
             met_lamps[path].light *= transmittance_to_end(solids, met_lamps[path].distance);  // the lamp is inside
-        if (kSolidPanes && goes_on && finished) passed *= pass_surface(solids, b, hit.t * unit);
+        if (kSolidPanes && goes_on && finished && is_linked) passed *= pass_surface(solids, b, hit.t * unit);
         if (kScattered && kSizedLights && (stops || goes_on) && hit.t * unit < met_lamps[path].distance)
             met_lamps[path].light *= stops ? vec3(0.0) : passed;
         share = goes_on ? share * passed : share;

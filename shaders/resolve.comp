@@ -202,6 +202,7 @@ void store_surface(uint path, SurfacePoint point, Bsdf b) {
     records[row + 1u] = vec4(point.emission, point.is_surface ? point.lift : point.catches ? -2.0 : -1.0);
     vec4 rows[kBsdfRows] = pack_bsdf(b);
     for (uint i = 0u; i < kBsdfRows; ++i) records[row + 2u + i] = rows[i];
+    if (kLightLinks) records[row + kLinkRow] = vec4(float_of_word(point.link_class), 0.0, 0.0, 0.0);
 }
 
 // Returns the second vertex of a path as a point to be shared, all but its light. A point that cannot be shared has a
@@ -254,7 +255,9 @@ void resolve_surface(Found f, Surface surface, Material material, vec3 emission,
         scale_lobes(b, light * transmittance(medium, way));
     }
     if (catches) make_catcher(b);
-    if (f.stores) store_surface(f.path, SurfacePoint(origin, surface.offset, lift, emission, shown, catches), b);
+    uint link_class = class_of_object(f.hit.triangle, f.hit.instance);
+    if (f.stores)
+        store_surface(f.path, SurfacePoint(origin, surface.offset, lift, emission, shown, catches, link_class), b);
     if (kReusePoints) {
         if (lifted && dot(surface.smooth_normal, f.direction) >= 0.0) material.bent = true;  // the horizon depends on wo
         ReusePoint point = reuse_point(surface, material, b, f.ray, f.hit.t);

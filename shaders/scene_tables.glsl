@@ -15,6 +15,7 @@ layout(binding = kUnitEnvironment) uniform samplerBuffer environment_map;
 layout(binding = kUnitEnvironmentWarp) uniform samplerBuffer environment_warp;
 layout(binding = kUnitLightTree) uniform usamplerBuffer light_tree;
 layout(binding = kUnitLightGroups) uniform usamplerBuffer light_groups;
+layout(binding = kUnitLightLinks) uniform usamplerBuffer light_links;
 layout(binding = kUnitAlbedo) uniform samplerBuffer albedo_table;
 layout(binding = kUnitTileSlots) uniform usamplerBuffer tile_slots;
 layout(binding = kUnitColorBanks) uniform samplerBuffer color_bank_1;

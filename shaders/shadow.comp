@@ -28,13 +28,14 @@ void main() {
     Bsdf b = load_bsdf(path);
     vec3 wo = -primary_rays[path].direction;
     Sampler random = path_sampler(frame, path);
+    Receiver at = receiver_at(point.position, b.geometric_normal, point.link_class);
     NextEvent e;
     if (of_sun) {
-        e = sample_sun_event(point.position, point.offset, b, wo, vec4(0.0), random,
+        e = sample_sun_event(at, point.offset, b, wo, vec4(0.0), random,
                              vertex_dimension(0u, kDimensionLight));
     } else {
         random.index = random.index * rays + ray / paths;
-        e = sample_next_event(point.position, point.offset, b, wo, vec4(0.0), random,
+        e = sample_next_event(at, point.offset, b, wo, vec4(0.0), random,
                               vertex_dimension(0u, kDimensionLight), rays);
         e.diffuse /= float(rays);
         e.glossy /= float(rays);

@@ -58,5 +58,9 @@ void add_catcher(SceneEdits& edits, const std::string& source, const std::string
 /// Adds lights to a light group, in the form NAME=LIGHT,...; "each" separates all lights (SceneEdits::each_light).
 /// Throws Error for other texts, and if named groups are given with "each".
 void add_light_group(SceneEdits& edits, const std::string& source, const std::string& text);
+/// Adds a link of the lights of a name, in the form NAME=OBJECT,... or NAME=-OBJECT,..., in place of an earlier one of
+/// the same name. Throws Error for other texts.
+void add_light_link(SceneEdits& edits, const std::string& source, const std::string& text);
+void add_shadow_link(SceneEdits& edits, const std::string& source, const std::string& text);
 
 }  // namespace halflight

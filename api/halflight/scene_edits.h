@@ -90,6 +90,16 @@ struct LightGroup {
     std::string source{};  // like NamedEdit::source
     bool operator==(const LightGroup& other) const { return name == other.name && lights == other.lights; }
 };
+
+/// The objects that lights of a name light, or those that cast their shadows.
+struct LightLink {
+    std::string light;  // name of lights, like those of a LightGroup
+    // Names of nodes and meshes, like ObjectName; "-NAME" leaves objects out. Later names count more. The link starts
+    // with all objects if the first name leaves some out, else with none. Not empty.
+    std::vector<std::string> objects;
+    std::string source{};  // like NamedEdit::source
+    bool operator==(const LightLink& other) const { return light == other.light && objects == other.objects; }
+};
 inline constexpr std::size_t kMostLightGroups = 32;  ///< number of light groups, that of all other lights included
 
 /// Edits of a list apply in their order. No name comes twice in a list.
@@ -117,6 +127,9 @@ struct SceneEdits {
     std::optional<double> ground_height{};
     std::vector<LightGroup> light_groups{};  // groups of lights; the first one that names a light has it
     bool each_light = false;                 // groups of one light each, in place of light_groups
+    // Objects that lights light, and those that cast their shadows: departures from physics, which pictures name. A
+    // light that several links name has the objects that are in all of them.
+    std::vector<LightLink> light_links{}, shadow_links{};
     bool operator==(const SceneEdits&) const = default;
 };
 

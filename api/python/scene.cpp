@@ -148,6 +148,16 @@ void set_light_groups(PyScene& s, const std::vector<std::pair<std::string, std::
     });
 }
 
+using Links = std::vector<std::pair<std::string, std::vector<std::string>>>;
+
+/// Replaces all links of lights, or of their shadows, by these.
+void set_links(PyScene& s, std::vector<LightLink> SceneEdits::*which, const Links& links) {
+    edit(s, [&](SceneEdits& edits, const Scene&) {
+        (edits.*which).clear();
+        for (const auto& [light, objects] : links) (edits.*which).push_back({light, objects});
+    });
+}
+
 /// Returns the render settings of the settings file, by the names of keyword arguments.
 Texts file_settings(const PyScene& s) {
     Texts texts;
@@ -313,6 +323,8 @@ void bind_scene(py::module_& module) {
         .def_property_readonly("ground", [](const PyScene& s) { return s.readable().edits().ground; })
         .def("set_light_groups", &set_light_groups)
         .def_property_readonly("light_groups", [](const PyScene& s) { return s.readable().scene().light_groups; })
+        .def("set_light_links", [](PyScene& s, const Links& links) { set_links(s, &SceneEdits::light_links, links); })
+        .def("set_shadow_links", [](PyScene& s, const Links& links) { set_links(s, &SceneEdits::shadow_links, links); })
         .def_property_readonly("hidden",
                                [](const PyScene& s) {
                                    std::vector<std::string> names;

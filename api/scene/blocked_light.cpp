@@ -65,7 +65,7 @@ std::vector<std::string> blocked_lights(const rays::LazyProbe& probe, const Scen
         seen_by(probe.get(), cameras.empty() ? std::vector{default_camera(probe.get(), kUsualAspect).camera} : cameras);
     for (std::size_t i = 0; i < std::min(scene.lights.size(), kMostLights); ++i) {
         const PunctualLight& light = scene.lights[i];
-        if (light.intensity == vec3(0)) continue;
+        if (light.intensity == vec3(0) || light.links.blockers != LightLinks().blockers) continue;
         std::map<const Material*, std::size_t> hidden;  // points behind glass
         std::size_t behind = 0, open = 0;
         for (const rays::ProbeHit& at : seen) {

@@ -223,6 +223,17 @@ Edit& find_or_add(std::vector<NamedEdit<Edit>>& edits, const std::string& name, 
     return edits.back().edit;
 }
 
+void add_link(std::vector<LightLink>& links, const std::string& source, const std::string& text) {
+    constexpr const char* kForm = "LIGHT=OBJECT,... or LIGHT=-OBJECT,...";
+    const auto [light, rest] = split_name(source, text, kForm);
+    const std::vector<std::string> objects = split_names(rest);
+    const auto names_object = [](const std::string& name) { return is_name(name.substr(name.starts_with('-'))); };
+    if (!is_name(light) || objects.empty() || !std::ranges::all_of(objects, names_object))
+        throw Error(source, "expects {}, not '{}'", kForm, text);
+    std::erase_if(links, [&, &light = light](const LightLink& link) { return link.light == light; });
+    links.push_back({light, objects, source});
+}
+
 }  // namespace
 
 std::span<const EditKey<LightEdit>> light_edit_keys() {
@@ -348,6 +359,14 @@ void add_light_group(SceneEdits& edits, const std::string& source, const std::st
         known == edits.light_groups.end() ? edits.light_groups.emplace_back(LightGroup{name, {}, {}}) : *known;
     group.lights.insert(group.lights.end(), lights.begin(), lights.end());
     group.source = source;
+}
+
+void add_light_link(SceneEdits& edits, const std::string& source, const std::string& text) {
+    add_link(edits.light_links, source, text);
+}
+
+void add_shadow_link(SceneEdits& edits, const std::string& source, const std::string& text) {
+    add_link(edits.shadow_links, source, text);
 }
 
 }  // namespace halflight

@@ -417,6 +417,7 @@ void LoadedScene::pose(double seconds) {
         scene_.environment = std::move(edited);
         throw;
     }
+    edited.links = scene_.environment.links;  // classes of objects may differ from pose to pose
     scene_.environment = std::move(edited);
     if (separate_) set_light_groups(*separate_, scene_);
     posed_at_ = seconds;

@@ -32,6 +32,8 @@ void check_no_moved_surfaces(const SceneEdits& edits, const std::string& file) {
             file,
             "nodes, transforms, hidden surfaces, shadow catchers and a ground cannot change with pages (light:NAME "
             "hides a light)");
+    if (!edits.light_links.empty() || !edits.shadow_links.empty())
+        throw Error(file, "light links and shadow links need the scene in memory, not in pages");
 }
 
 void check_paged_edits(const SceneEdits& edits, const Scene& scene, const paging::PageIndex& index,

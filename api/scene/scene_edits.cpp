@@ -10,6 +10,7 @@
 #include "api/halflight/object_names.h"
 #include "api/scene/ground.h"
 #include "api/scene/light_groups.h"
+#include "api/scene/light_links.h"
 #include "api/scene/node_edits.h"
 #include "engine/core/error.h"
 #include "engine/io/files.h"
@@ -242,6 +243,7 @@ const LightProfile* profile_of_file(const Scene& scene, const std::string& path)
 void check_edits(const SceneEdits& edits, const Scene& scene, const SceneTree& tree, const std::string& source) {
     check_values(edits, scene, subject_of(scene, source));
     find_light_groups(edits, scene, tree, subject_of(scene, source));
+    find_light_links(edits, scene, tree, subject_of(scene, source));
     move_objects(edits, scene, tree, subject_of(scene, source));
 }
 
@@ -262,11 +264,16 @@ void apply(const SceneEdits& edits, Scene& scene, const SceneTree& tree, const s
     const std::string subject = subject_of(scene, source);
     std::vector<LightProfile> profiles = check_values(edits, scene, subject);
     const FoundLightGroups groups = find_light_groups(edits, scene, tree, subject);
+    const FoundLightLinks links = find_light_links(edits, scene, tree, subject);
     const WorldBounds bounds = !edits.ground       ? WorldBounds()
                                : scene.rest_bounds ? *scene.rest_bounds
                                                    : world_bounds(scene);
     std::vector<Instance> unmoved = scene.instances;
-    for (std::size_t i = 0; i < scene.instances.size(); ++i) scene.instances[i].light_group = groups.instances[i];
+    for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+        Instance& instance = scene.instances[i];
+        instance.light_group = groups.instances[i];
+        instance.links = links.instances[i], instance.link_class = links.classes[i];
+    }
     for (const auto& [index, transform] : edits.transforms) scene.instances[index].object_to_world = transform;
     MovedObjects moved;
     try {
@@ -308,7 +315,10 @@ void apply(const SceneEdits& edits, Scene& scene, const SceneTree& tree, const s
         set_light_groups(separate_lights(scene, {}, subject), scene);
     else
         set_light_groups(edits, groups, scene);
-    if (edits.ground) add_ground(scene, bounds, edits.ground_height);
+    set_light_links(links, scene);
+    if (!edits.ground) return;
+    add_ground(scene, bounds, edits.ground_height);
+    if (!scene.instances.empty() && scene.instances.back().added) scene.instances.back().link_class = links.ground;
 }
 
 void apply(const SceneEdits& edits, Scene& scene, const std::string& source) {

@@ -168,6 +168,16 @@ Json materials_json(const SceneEdits& edits) {
     return json;
 }
 
+/// Reads links: lists of objects by the name of lights.
+std::vector<LightLink> read_links(const Element& e) {
+    std::vector<LightLink> links;
+    for (const auto& [light, objects] : e.members()) {
+        LightLink& link = links.emplace_back(LightLink{light, {}, e.where()});
+        for (const Element& object : objects.items()) link.objects.push_back(object.text());
+    }
+    return links;
+}
+
 }  // namespace
 
 void read_edits(const Element& file, const fs::path& folder, SceneEdits& edits) {
@@ -208,6 +218,8 @@ void read_edits(const Element& file, const fs::path& folder, SceneEdits& edits) 
             for (const Element& light : one.items()) group.lights.push_back(light.text());
         }
     });
+    with(file, "light_links", [&](const Element& v) { edits.light_links = read_links(v); });
+    with(file, "shadow_links", [&](const Element& v) { edits.shadow_links = read_links(v); });
 }
 
 void write_edits(const SceneEdits& edits, const fs::path& folder, Json& json) {
@@ -225,6 +237,8 @@ void write_edits(const SceneEdits& edits, const fs::path& folder, Json& json) {
     if (edits.ground) json["ground"] = edits.ground_height ? Json(*edits.ground_height) : Json(true);
     if (edits.each_light) json["light_groups"] = "each";
     for (const auto& [name, lights, source] : edits.light_groups) json["light_groups"][name] = lights;
+    for (const auto& [light, objects, source] : edits.light_links) json["light_links"][light] = objects;
+    for (const auto& [light, objects, source] : edits.shadow_links) json["shadow_links"][light] = objects;
 }
 
 }  // namespace halflight::settings

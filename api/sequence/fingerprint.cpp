@@ -156,6 +156,16 @@ void add_edits(KeyText& keys, const LoadedScene& scene, Add add) {
             for (const std::string& light : lights) print.text("of").text(light);
         }
     });
+    const auto add_links = [&](const char* key, const std::vector<LightLink>& links) {
+        add(key, [&](Fingerprint& print) {
+            for (const auto& [light, objects, source] : links) {
+                print.text("link").text(light);
+                for (const std::string& object : objects) print.text("of").text(object);
+            }
+        });
+    };
+    add_links("light links", edits.light_links);
+    add_links("shadow links", edits.shadow_links);
 }
 
 /// Returns whether a setting applies to the sums of a picture, which are there without it.

@@ -61,6 +61,7 @@ SceneBuffers::SceneBuffers(const TraceTables& trace, const ShadingTables& shadin
     add(shared::kUnitEnvironmentWarp, GL_RGBA32F, "environment warp");
     add(shared::kUnitAlbedo, GL_RG32F, "directional albedo");
     add(shared::kUnitLightGroups, GL_R32UI, "light groups");
+    add(shared::kUnitLightLinks, GL_RGBA32UI, "light links");
     update(trace, shading, nullptr);
 }
 
@@ -145,6 +146,7 @@ void SceneBuffers::update(const TraceTables& trace, const ShadingTables& shading
     bring(shared::kUnitLightTree, shading.light_tree, shaded ? &shaded->light_tree : nullptr);
     bring(shared::kUnitLightOfTriangle, shading.light_of_triangle, shaded ? &shaded->light_of_triangle : nullptr);
     bring(shared::kUnitLightGroups, shading.light_groups, shaded ? &shaded->light_groups : nullptr);
+    bring(shared::kUnitLightLinks, shading.light_links, shaded ? &shaded->light_links : nullptr);
     bring(shared::kUnitEnvironment, shading.environment.pixels, shaded ? &shaded->environment.pixels : nullptr);
     bring(shared::kUnitAlbedo, shading.albedo.pixels, shaded ? &shaded->albedo.pixels : nullptr);
     bring(shared::kUnitEnvironmentWarp, shading.environment_warp, shaded ? &shaded->environment_warp : nullptr);

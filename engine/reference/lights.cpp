@@ -228,7 +228,15 @@ std::optional<LightSample> Lights::sample(const Surface& surface, Random& random
         sample->pdf = environment_.pdf(sample->wi);
         sample->infinite = true;
     }
-    if (sample) sample->pdf *= table_.probability(chosen);
+    if (!sample) return sample;
+    sample->pdf *= table_.probability(chosen);
+    const Scene& scene = tracer_.scene();
+    if (chosen < emitters_.size())
+        sample->links = tracer_.links(emitters_[chosen].id);
+    else if (chosen < emitters_.size() + punctual.size())
+        sample->links = punctual[chosen - emitters_.size()].links;
+    else
+        sample->links = scene.environment.links;
     return sample;
 }
 
@@ -288,7 +296,7 @@ std::vector<MetLight> Lights::met(const dvec3& from, const dvec3& wi, double beg
             continue;
         all.push_back(
             {dvec3(punctual[i].intensity) * cone->radiance * falloff(punctual[i], tracer_.scene().light_profiles, -wi),
-             table_.probability(emitters_.size() + i) * cone->pdf(), *distance});
+             table_.probability(emitters_.size() + i) * cone->pdf(), *distance, punctual[i].links});
     }
     return all;
 }

@@ -19,6 +19,7 @@ struct LightSample {
     bool infinite = false;  // true: the shadow ray has no end
     bool back = false;      // true: it is the back of a surface that is seen from its front only
     dvec3 end{0};           // end of the shadow ray unless infinite, relative to Tracer::origin()
+    LightLinks links{};
 };
 
 /// A light with a size that a ray meets.
@@ -26,6 +27,7 @@ struct MetLight {
     dvec3 radiance{0};
     double pdf = 0;       // solid angle density of sample() there, with the selection probability
     double distance = 0;  // infinite for directional lights
+    LightLinks links{};
 };
 
 class Lights {

@@ -191,7 +191,8 @@ class Path {
     dvec3 share_that_arrives(const Surface& surface, const Medium& medium, const LightSample& light);
     bool follow(ReferenceRay ray, Surface& surface, const Bsdf::Sample& sample);
     void add_lamps(const dvec3& from, const Bsdf::Sample& sample, const SolidPanes& solids, double begin, double end);
-    double surface_weight(const Bsdf::Sample& sample, double light_pdf) const;
+    double surface_weight(const Bsdf::Sample& sample, double light_pdf, const LightLinks& links) const;
+    bool lit_by(const LightLinks& links) const;
     AlphaTest alpha() { return {random_.bits()}; }
 
     const Prepared& scene_;
@@ -206,12 +207,14 @@ class Path {
     Medium medium_;                         // medium of the current ray, then that on wo's side
     int bounce_ = 0;                        // number of reflections, including the next one
     Component first_ = Component::diffuse;  // lobe by which the path left its first surface
+    int receiver_ = kNone;                  // instance of the last surface that is no pane
 };
 
 /// Returns the share of a light sample that arrives: 0 if something opaque is in between, 1 if nothing is.
 dvec3 Path::share_that_arrives(const Surface& surface, const Medium& medium, const LightSample& light) {
     ReferenceRay ray;
     ray.origin = surface.leave(light.wi);
+    ray.classes = light.links.blockers;
     ray.passes_backs = settings_.backfaces == Backfaces::cull;
     if (light.infinite) {
         ray.direction = light.wi;
@@ -242,7 +245,7 @@ void Path::add_lamps(const dvec3& from, const Bsdf::Sample& sample, const SolidP
     for (const MetLight& light : scene_.lights.met(from, sample.wi, begin, end)) {
         const dvec3 passed = solids.to_end(light.distance) *
                              medium_.transmittance(std::isinf(light.distance) ? medium_.thickness : light.distance);
-        add(first_, throughput_ * passed * light.radiance * surface_weight(sample, light.pdf));
+        add(first_, throughput_ * passed * light.radiance * surface_weight(sample, light.pdf, light.links));
     }
 }
 
@@ -283,7 +286,7 @@ bool Path::follow(ReferenceRay ray, Surface& surface, const Bsdf::Sample& sample
 
 void Path::sample_light(const Surface& surface, const Bsdf& bsdf) {
     const std::optional<LightSample> light = scene_.lights.sample(surface, random_);
-    if (!light || !(light->pdf > 0) || light->radiance == dvec3(0)) return;
+    if (!light || !(light->pdf > 0) || light->radiance == dvec3(0) || !lit_by(light->links)) return;
     if (settings_.backfaces == Backfaces::cull && light->back) return;
     const Bsdf::Value value = bsdf.evaluate(light->wi);
     if (value.diffuse == dvec3(0) && value.glossy == dvec3(0)) return;
@@ -291,7 +294,8 @@ void Path::sample_light(const Surface& surface, const Bsdf& bsdf) {
     const dvec3 share = share_that_arrives(surface, medium, *light);
     if (share == dvec3(0)) return;
     const auto weight = [&](double surface_pdf) {
-        const bool alone = light->punctual || settings_.strategy == ReferenceStrategy::lights_only;
+        const bool alone = light->punctual || light->links.blockers != LightLinks().blockers ||
+                           settings_.strategy == ReferenceStrategy::lights_only;
         return alone ? 1 : power_heuristic(light->pdf, surface_pdf);
     };
     const double way = light->infinite ? medium.thickness : distance(light->end, surface.position);
@@ -300,8 +304,17 @@ void Path::sample_light(const Surface& surface, const Bsdf& bsdf) {
     add(Component::glossy, received * value.glossy * weight(value.pdf_glossy));
 }
 
-/// Returns the MIS weight of light hit by a sampled ray, which sample_light() finds with density `light_pdf`.
-double Path::surface_weight(const Bsdf::Sample& sample, double light_pdf) const {
+/// Returns whether lights with these links light the surface that the path leaves.
+bool Path::lit_by(const LightLinks& links) const {
+    const int own = scene_.tracer.scene().instances[static_cast<std::size_t>(receiver_)].link_class;
+    return ((links.receivers >> own) & 1) == 1;
+}
+
+/// Returns the MIS weight of light hit by a sampled ray, which sample_light() finds with density `light_pdf`. Objects
+/// that this light passes stop sampled rays, so light samples alone count then.
+double Path::surface_weight(const Bsdf::Sample& sample, double light_pdf, const LightLinks& links) const {
+    if (!lit_by(links)) return 0;
+    if (links.blockers != LightLinks().blockers && !sample.mirror) return 0;
     if (sample.mirror || !(light_pdf > 0) || settings_.strategy == ReferenceStrategy::surfaces_only) return 1;
     if (settings_.strategy == ReferenceStrategy::lights_only) return 0;
     return power_heuristic(sample.pdf, light_pdf);
@@ -340,6 +353,7 @@ PathResult Path::trace(const ReferenceRay& camera_ray) {
             one_channel_ = true;
         }
         if (bsdf.black()) break;
+        receiver_ = surface.triangle.instance;
         if (settings_.strategy != ReferenceStrategy::surfaces_only && !scene_.lights.empty())
             sample_light(surface, bsdf);
 
@@ -362,12 +376,15 @@ PathResult Path::trace(const ReferenceRay& camera_ray) {
         const dvec3 from = surface.position;
         if (!follow(ray, surface, *sample)) {
             const dvec3 sky = environment.radiance(sample->wi) * medium_.transmittance(medium_.thickness);
-            add(first_, throughput_ * sky * surface_weight(*sample, scene_.lights.pdf_environment(sample->wi)));
+            add(first_, throughput_ * sky *
+                            surface_weight(*sample, scene_.lights.pdf_environment(sample->wi),
+                                           scene_.tracer.scene().environment.links));
             break;
         }
         if (surface.emitted == dvec3(0)) continue;
         const double light_pdf = surface.unlit ? 0 : scene_.lights.pdf(from, surface);
-        add(first_, surface.emitted * surface_weight(*sample, light_pdf));
+        const LightLinks links = surface.unlit ? LightLinks() : scene_.tracer.links(surface.triangle);
+        add(first_, surface.emitted * surface_weight(*sample, light_pdf, links));
     }
     return result_;
 }

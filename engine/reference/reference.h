@@ -24,6 +24,7 @@ struct ReferenceRay {
     double t_min = 0;
     double t_max = std::numeric_limits<double>::infinity();
     bool passes_backs = false;  // back faces of single-sided materials are no hits (SHADING.md, Surfaces)
+    std::uint64_t classes = ~std::uint64_t{0};  // objects of other link classes are no hits
 };
 
 /// The nearest hit of a ray; the lower (instance, triangle) wins ties of t.

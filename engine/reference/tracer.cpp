@@ -52,6 +52,10 @@ void filter(const RTCFilterFunctionNArguments* arguments) {
     if (t == query.nearest_t) {
         accept = std::tie(id.instance, id.triangle) < std::tie(query.nearest.instance, query.nearest.triangle);
     }
+    if (accept) {
+        const Instance& object = query.tracer->scene().instances[static_cast<std::size_t>(id.instance)];
+        accept = ((query.ray->classes >> object.link_class) & 1) == 1;
+    }
     if (accept && query.ray->passes_backs && query.tracer->placed(id.instance).one_sided)
         accept = !query.tracer->one_sided(id) || !(dot(query.tracer->front(id), query.ray->direction) > 0);
     if (accept && query.tracer->placed(id.instance).alpha_tested) {
@@ -172,6 +176,12 @@ bool Tracer::occluded(const ReferenceRay& ray, const AlphaTest& alpha) const {
 
 const Material& Tracer::material(const TriangleId& id) const {
     return scene_.materials[placed(id.instance).mesh->triangle_material[static_cast<std::size_t>(id.triangle)]];
+}
+
+LightLinks Tracer::links(const TriangleId& id) const {
+    const LightLinks& object = scene_.instances[static_cast<std::size_t>(id.instance)].links;
+    const LightLinks& surface = material(id).links;
+    return {object.receivers & surface.receivers, object.blockers & surface.blockers};
 }
 
 bool Tracer::one_sided(const TriangleId& id) const {

@@ -45,7 +45,8 @@ class Tracer {
     const dvec3& origin() const { return origin_; }
     const Placed& placed(int instance) const { return placed_[static_cast<std::size_t>(instance)]; }
     const Material& material(const TriangleId& id) const;
-    bool one_sided(const TriangleId& id) const;  ///< Returns whether the triangle is seen from its front only.
+    LightLinks links(const TriangleId& id) const;  ///< Returns the links of the light that a triangle emits.
+    bool one_sided(const TriangleId& id) const;    ///< Returns whether the triangle is seen from its front only.
     /// Returns the geometric normal of the triangle's front, of any length.
     dvec3 front(const TriangleId& id) const;
     std::array<dvec3, 3> corners(const TriangleId& id) const;

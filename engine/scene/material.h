@@ -16,6 +16,19 @@ inline constexpr int kNone = -1;  ///< "no such element" for every index of the 
 /// Index of Scene::light_groups of lights that no group names. They are in the last one.
 inline constexpr std::uint32_t kNoLightGroup = 0xffffffffu;
 
+/// The objects that a light lights, and those that cast its shadows: one bit for each Instance::link_class. This is a
+/// departure from physics that pictures name.
+struct LightLinks {
+    std::uint64_t receivers = ~std::uint64_t{0};
+    std::uint64_t blockers = ~std::uint64_t{0};
+    bool operator==(const LightLinks&) const = default;
+};
+inline constexpr std::size_t kMostLinkClasses = 64;  ///< number of classes of objects
+/// Returns the objects that both links have.
+inline LightLinks both(const LightLinks& a, const LightLinks& b) {
+    return {a.receivers & b.receivers, a.blockers & b.blockers};
+}
+
 /// Index of refraction from which on a surface reflects all light and disperses none. It stands for glTF's `ior` 0.
 inline constexpr float kInfiniteIor = 1e9f;
 
@@ -90,7 +103,7 @@ struct Material {
     TextureRef diffuse_transmission_texture;
     vec3 diffuse_transmission_color{1};
     TextureRef diffuse_transmission_color_texture;
-    float thickness = 0;  // 0: a thin wall; > 0: the surface bounds a solid, and rays measure its thickness
+    float thickness = 0;            // 0: a thin wall; > 0: the surface bounds a solid, and rays measure its thickness
     bool straight_shadows = false;  // true: light passes clear solid glass straight on (SHADING.md, Panes), a bias
     vec3 attenuation_color{1};
     float attenuation_distance = 0;  // world units after which white light has the attenuation colour; 0: infinite
@@ -109,6 +122,7 @@ struct Material {
     float iridescence_thickness_maximum = 400;
     TextureRef iridescence_thickness_texture;
     std::uint32_t light_group = kNoLightGroup;
+    LightLinks links{};  // links of the light that surfaces emit
 };
 
 /// Lobes and texture slots that some material of a scene uses. Shaders leave out all others (engine/tables/needs.h).

@@ -30,6 +30,14 @@ WorldBounds world_bounds(const Scene& scene) {
     return bounds;
 }
 
+std::uint64_t passed_classes(const Scene& scene) {
+    std::uint64_t stopping = scene.environment.links.blockers;
+    for (const auto& light : scene.lights) stopping &= light.links.blockers;
+    for (const auto& material : scene.materials) stopping &= material.links.blockers;
+    for (const auto& instance : scene.instances) stopping &= instance.links.blockers;
+    return ~stopping;
+}
+
 bool has_light(const Scene& scene) {
     if (!scene.environment.black()) return true;
     const auto shines = [](const PunctualLight& l) { return glm::any(glm::greaterThan(l.intensity, vec3(0))); };

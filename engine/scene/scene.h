@@ -43,7 +43,9 @@ struct Instance {
     int node = kNone;          // index of the glTF node of the instance
     bool moves = false;        // object_to_world changes with the pose of the scene
     std::uint32_t light_group =
-        kNoLightGroup;     // light group; emitted light is in this group or the material's, whichever is first
+        kNoLightGroup;            // light group; emitted light is in this group or the material's, whichever is first
+    LightLinks links{};           // links of the emitted light, beside those of the material
+    std::uint8_t link_class = 0;  // < kMostLinkClasses: objects of one class are in the same links
     bool catcher = false;  // true: shadow catcher, which the camera sees only by the shadows of other objects on it
     bool added = false;    // true: ground that an edit adds; it does not count in world_bounds()
 };
@@ -68,6 +70,7 @@ struct PunctualLight {
     vec3 up{0, 1, 0};                  // unit, orthogonal to both: horizontal angle 90 degrees
     bool of_environment = false;       // sun of a generated sky, or default lamp: changes with the environment
     std::uint32_t light_group = kNoLightGroup;
+    LightLinks links{};
 };
 
 /// Lights and choices of lights that a scene needs. Shaders leave out all others (engine/tables/needs.h).
@@ -84,6 +87,8 @@ struct LightNeeds {
     bool light_tree = false;       // a light tree chooses among the lights
     bool environment = false;      // the environment is not black
     bool environment_map = false;  // the environment is not constant
+    bool light_links = false;      // some light has LightLinks, of receivers or blockers
+    bool shadow_links = false;     // some light has LightLinks of blockers
 
     bool operator==(const LightNeeds&) const = default;
 };
@@ -108,6 +113,7 @@ struct Environment {
     vec3 color{0};  // >= 0
     Image map;      // 3 channels, finite, >= 0; empty: constant
     std::uint32_t light_group = kNoLightGroup;
+    LightLinks links{};
     bool black() const { return color == vec3(0); }
 };
 
@@ -161,6 +167,9 @@ void validate(const Mesh& mesh, std::size_t index, std::size_t materials);
 
 /// Returns whether all elements are finite and the last row is 0, 0, 0, 1.
 bool is_affine(const dmat4& m);
+
+/// Returns the link classes of objects that do not cast the shadows of every light, one bit each.
+std::uint64_t passed_classes(const Scene& scene);
 
 /// Returns whether the scene has a light source: an emissive or unlit triangle, a punctual light, an environment.
 bool has_light(const Scene& scene);

@@ -49,6 +49,7 @@ constexpr Feature lens{"depth of field", {"--focus", "--fstop", "--aperture"}, [
                        }};
 constexpr Feature light_groups{
     "light groups", {"--light-group"}, [](S s, O o) { return o.light_groups || has_light_groups(s); }};
+constexpr Feature links{"light links", {"--light-link", "--shadow-link"}, [](S, O o) { return o.links; }};
 constexpr Feature moved_surfaces{
     "edits of surfaces", {"--node", "--hide", "--shadow-catcher", "--ground"}, [](S, O o) { return o.moved_surfaces; }};
 constexpr Feature optics{"another projection or two eyes", {"--projection", "--stereo"}, [](S s, O o) {
@@ -115,6 +116,7 @@ constexpr Constraint kConstraints[] = {
     {raster, excludes, overscan, not_built, "it draws the pixels of the picture"},
     {lens, excludes, projection, mathematics, "a lens has one axis, and they look around it"},
     {pages, excludes, moved_surfaces, mathematics, "its pages hold where surfaces are"},
+    {pages, excludes, links, not_built, "its pages do not tell which object a triangle belongs to"},
 };
 
 /// Returns how the table of docs names a feature: its name, with the options.

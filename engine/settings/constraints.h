@@ -22,6 +22,7 @@ struct Occasion {
     bool sequence = false;          // frames of a sequence are rendered
     bool part_of_sequence = false;  // some frames of a sequence are rendered in this run
     bool light_groups = false;      // layers of light groups that the settings do not list yet
+    bool links = false;             // lights leave objects out
     bool pages = false;             // the geometry is read from a page file
     bool moved_surfaces = false;    // edits move, hide or add surfaces, or make them shadow catchers
     bool asked = false;             // settings are those that options ask for, without defaults of sequences

@@ -15,6 +15,7 @@
 #include "engine/tables/light_tree.h"
 #include "engine/tables/luminance.h"
 #include "shaders/shared/light.h"
+#include "shaders/shared/light_links.h"
 #include "shaders/shared/vertex.h"
 #include "shaders/shared/word.h"
 
@@ -23,6 +24,26 @@ namespace {
 
 /// Groups of lights that get equal parts of the choices (lights.h).
 enum Kind { kTriangles, kLocal, kDirectional, kEnvironment, kKinds };
+
+/// Returns the rows of light links (shaders/shared/light_links.h).
+std::vector<uvec4> link_rows(const Scene& scene, const TraceTables& trace, const std::vector<LightLinks>& sets) {
+    std::vector<uvec4> rows{uvec4(1 + sets.size(), 0, 0, 0)};
+    for (const auto& [receivers, blockers] : sets)
+        rows.emplace_back(receivers, receivers >> 32, blockers, blockers >> 32);
+    const std::size_t first = rows.size(), objects = trace.triangles.size() + trace.instances.size();
+    rows.resize(first + (objects + shared::kClassesPerTexel - 1) / shared::kClassesPerTexel, uvec4(0));
+    const auto set_class = [&](std::size_t object, std::size_t instance) {
+        const std::uint32_t own = scene.instances[instance].link_class;
+        const auto byte = static_cast<std::uint32_t>(object % shared::kClassesPerTexel);
+        rows[first + object / shared::kClassesPerTexel][int(byte / 4)] |= own << (8 * (byte % 4));
+    };
+    for (const MeshRange& range : trace.ranges)
+        for (std::size_t t = 0; range.merged && t < range.triangle_count; ++t)
+            set_class(range.first_triangle + t, range.instance);
+    for (std::size_t i = 0; i < trace.instances.size(); ++i)
+        if (!trace.instances[i].identity) set_class(trace.triangles.size() + i, trace.instances[i].scene_instance);
+    return rows;
+}
 
 class Builder {
   public:
@@ -50,6 +71,7 @@ class Builder {
         } else {
             tables_ = {};
             group_.clear();
+            links_.clear();
             profiled_.clear();
         }
         add_groups();
@@ -63,29 +85,55 @@ class Builder {
         const PunctualLight* from;
     };
 
-    void add(const std::array<vec4, shared::kLightStride>& rows, double power, Kind kind, std::uint32_t group) {
+    void add(const std::array<vec4, shared::kLightStride>& rows, double power, Kind kind, std::uint32_t group,
+             const LightLinks& links) {
         if (power_.size() >= (1u << 29)) throw Error(scene_.name, "2^29 lights or more");
         group_.push_back(group);
+        links_.push_back(links);
         tables_.rows.insert(tables_.rows.end(), rows.begin(), rows.end());
         power_.push_back(power);
         kind_.push_back(kind);
     }
 
-    /// Fills in the table of light groups.
+    /// Fills in the tables of light groups and links.
     void add_groups() {
-        if (scene_.light_groups.empty()) return;
-        const auto last = static_cast<std::uint32_t>(scene_.light_groups.size() - 1);
+        const std::vector<LightLinks> sets = link_sets();
+        tables_.needs.light_links = sets.size() > 1;
+        for (const LightLinks& set : sets) tables_.needs.shadow_links |= set.blockers != LightLinks().blockers;
+        if (scene_.light_groups.empty() && sets.size() == 1) return;
+        const auto last = static_cast<std::uint32_t>(std::max<std::size_t>(scene_.light_groups.size(), 1) - 1);
         tables_.groups = {scene_.environment.light_group, last};
         tables_.groups.insert(tables_.groups.end(), group_.begin(), group_.end());
         for (std::uint32_t& group : tables_.groups) group = std::min(group, last);
+        if (sets.size() == 1) return;
+        const auto add_set = [&](std::uint32_t& entry, const LightLinks& links) {
+            const auto set = std::ranges::find(sets, links);
+            if (set != sets.end()) entry |= static_cast<std::uint32_t>(set - sets.begin()) << shared::kLightGroupBits;
+        };
+        add_set(tables_.groups[0], scene_.environment.links);
+        for (std::size_t i = 0; i < links_.size(); ++i) add_set(tables_.groups[i + 2], links_[i]);
+        tables_.links = link_rows(scene_, trace_, sets);
     }
 
-    /// Returns the group of the light that a triangle emits. instance: number in TraceTables::instances; triangle:
-    /// place in the tables of all geometry.
-    std::uint32_t group_of(std::size_t instance, std::uint32_t triangle, const Material& material) const {
-        if (scene_.light_groups.empty()) return kNoLightGroup;
+    /// Returns the different links of lights, first those of lights that leave nothing out.
+    std::vector<LightLinks> link_sets() const {
+        std::vector<LightLinks> sets{LightLinks()};
+        for (const LightLinks& links : links_)
+            if (std::ranges::find(sets, links) == sets.end()) sets.push_back(links);
+        return sets;
+    }
+
+    struct Owners {
+        std::uint32_t group;
+        LightLinks links;
+    };
+    /// Returns group and links of the light that a triangle emits. instance: number in TraceTables::instances;
+    /// triangle: place in the tables of all geometry.
+    Owners owners_of(std::size_t instance, std::uint32_t triangle, const Material& material) const {
+        if (!instances_own_) return {kNoLightGroup, material.links};
         const TriangleSource source = source_of(trace_, static_cast<std::uint32_t>(instance), triangle);
-        return std::min(scene_.instances[source.instance].light_group, material.light_group);
+        const Instance& own = scene_.instances[source.instance];
+        return {std::min(own.light_group, material.light_group), both(own.links, material.links)};
     }
 
     /// Adds the bounds of the light that is added next.
@@ -218,9 +266,10 @@ class Builder {
         }
         const bool mirrored = (corners.w & kTriangleMirrored) != 0 || glm::determinant(glm::dmat3(to_world)) < 0;
         const auto bound = static_cast<float>(mirrored ? -glm::length(error) : glm::length(error));
+        const auto [group, links] = owners_of(number, place, material);
         add({vec4(vec3(p[0]), shared::float_of_word(shared::kLightTriangle)),
              vec4(vec3(e1), shared::float_of_word(triangle)), vec4(vec3(e2), bound), vec4(material.emission, 0)},
-            area > 0 ? 2 * kPi * area * brightness : 0, kTriangles, group_of(number, place, material));
+            area > 0 ? 2 * kPi * area * brightness : 0, kTriangles, group, links);
         area_.push_back(area);
     }
 
@@ -270,7 +319,7 @@ class Builder {
              vec4(light.direction, cos_outer), vec4(1 / cone, directional ? sine * sine : double(light.radius), 0, 0),
              vec4(light.intensity, 0)},
             intensity * (directional ? shadow_disk_ : solid_angle), directional ? kDirectional : kLocal,
-            light.light_group);
+            light.light_group, light.links);
     }
 
     /// Appends the profiles of lights, as light.h says.
@@ -343,7 +392,7 @@ class Builder {
             return;
         }
         add({vec4(0, 0, 0, shared::float_of_word(shared::kLightEnvironment)), vec4(0), vec4(0), vec4(0)},
-            shadow_disk_ * integral, kEnvironment, environment.light_group);
+            shadow_disk_ * integral, kEnvironment, environment.light_group, environment.links);
     }
 
     // --- Choice ---------------------------------------------------------------------------------------------------
@@ -459,18 +508,23 @@ class Builder {
     const Scene& scene_;
     const TraceTables& trace_;
     const LightChoice choice_;
-    const bool through_;                     // some surface transmits light
-    const PunctualLight* sun_ = nullptr;     // sun that is sampled apart; null: none
-    double shadow_disk_ = 0;                 // m^2
-    std::map<int, LuminanceSums> sums_;      // sums of luminance by image
-    std::uint32_t balls_ = 0;                // number of points and spots with a size
-    std::uint32_t discs_ = 0;                // number of directional lights with a size, without sun_
-    std::vector<ProfiledLight> profiled_;    // lights with a profile
-    std::vector<LitCone> lit_;               // cone of each profile
-    std::vector<double> power_;              // power per light
-    std::vector<Kind> kind_;                 // kind per light
-    std::vector<double> area_;               // area per triangle light, m^2
-    std::vector<std::uint32_t> group_;       // light group per light; kNoLightGroup: the last
+    const bool through_;                   // some surface transmits light
+    const PunctualLight* sun_ = nullptr;   // sun that is sampled apart; null: none
+    double shadow_disk_ = 0;               // m^2
+    std::map<int, LuminanceSums> sums_;    // sums of luminance by image
+    std::uint32_t balls_ = 0;              // number of points and spots with a size
+    std::uint32_t discs_ = 0;              // number of directional lights with a size, without sun_
+    std::vector<ProfiledLight> profiled_;  // lights with a profile
+    std::vector<LitCone> lit_;             // cone of each profile
+    std::vector<double> power_;            // power per light
+    std::vector<Kind> kind_;               // kind per light
+    std::vector<double> area_;             // area per triangle light, m^2
+    std::vector<std::uint32_t> group_;     // light group per light; kNoLightGroup: the last
+    std::vector<LightLinks> links_;        // links per light
+    // Some instance may have a light group or links of its own.
+    const bool instances_own_ =
+        !scene_.light_groups.empty() ||
+        std::ranges::any_of(scene_.instances, [](const Instance& i) { return i.links != LightLinks(); });
     std::vector<LightBounds> bounds_;        // bounds of the lights that a tree may hold
     std::vector<std::uint32_t> in_tree_;     // indices of the lights that a tree may hold
     std::optional<EnvironmentCells> cells_;  // cells of the environment map

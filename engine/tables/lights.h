@@ -49,9 +49,10 @@ struct LightTables {
     // kUnitLightOfTriangle: light by triangle. Paged scenes: emissive triangles by light, ascending. Empty if none
     // emits.
     std::vector<std::uint32_t> light_of_triangle;
-    // kUnitLightGroups: groups of the environment, of emission that is no light, and of each light. Empty without
-    // groups
+    // kUnitLightGroups: groups and links of the environment, of emission that is no light, and of each light. Empty
+    // without groups and links
     std::vector<std::uint32_t> groups;
+    std::vector<uvec4> links;                 // kUnitLightLinks; empty without links
     Image environment;                        // kUnitEnvironment: map times its colour; empty if black
     std::vector<vec4> environment_warp;       // kUnitEnvironmentWarp: hierarchy of cells
     std::vector<uvec4> tree;                  // kUnitLightTree: light tree; empty without one

@@ -94,7 +94,8 @@ std::string Kept::text() const {
 bool can_be_kept(const SceneNeed& need) {
     return need.flag != &N::environment_map && need.flag != &N::light_tree && need.flag != &N::every_light &&
            need.flag != &N::sun && need.flag != &N::slivers && need.flag != &N::texture_levels &&
-           need.flag != &N::catchers && need.flag != &N::solid_panes;  // a bias that pictures name
+           need.flag != &N::catchers && need.flag != &N::solid_panes &&  // a bias that pictures name
+           need.flag != &N::light_links && need.flag != &N::shadow_links;
 }
 
 SceneNeeds kept_needs(const Kept& kept) {
@@ -108,7 +109,7 @@ int SceneNeeds::vertex_stride() const {
 }
 
 std::size_t SceneNeeds::surface_record_bytes() const {
-    return static_cast<std::size_t>(record_rows(*this)) * sizeof(vec4);
+    return static_cast<std::size_t>(record_rows(*this) + (light_links ? 1 : 0)) * sizeof(vec4);
 }
 
 std::size_t SceneNeeds::reuse_point_bytes() const {
@@ -133,7 +134,7 @@ std::vector<std::pair<std::string, std::string>> shader_defines(const SceneNeeds
         if (lobe.layer_rows > 0) define(lobe.define + std::string("_LAYER"), std::to_string(layer));
         row += lobe.record_rows, layer += lobe.layer_rows;
     }
-    define("SURFACE_ROWS", std::to_string(row));
+    define("SURFACE_ROWS", std::to_string(row + (needs.light_links ? 1 : 0)));
     define("LAYER_ROWS", std::to_string(layer));
     std::sort(defines.begin(), defines.end());
     return defines;

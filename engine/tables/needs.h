@@ -41,9 +41,11 @@ struct SceneNeeds : MaterialNeeds, LightNeeds {
     bool lights() const { return area_lights || punctual_lights || environment; }
     /// Returns whether rays can meet points, spots and directional lights.
     bool sized_lights() const { return sized_lamps || sized_suns; }
-    /// Returns whether the density of a light that a ray meets depends on the receiver. No ray meets a punctual light
+    /// Returns whether a light that a ray meets, or its density, depends on the receiver. No ray meets a punctual light
     /// without a size.
-    bool receivers() const { return environment_map || sized_lights() || (light_tree && (area_lights || environment)); }
+    bool receivers() const {
+        return environment_map || sized_lights() || light_links || (light_tree && (area_lights || environment));
+    }
     /// Returns whether a path can reach emitted light.
     bool light() const { return lights() || emission; }
     /// Returns the number of texels per vertex (shaders/shared/vertex.h).
@@ -85,12 +87,13 @@ class Kept {
     bool everything_ = false;
 };
 
-/// Returns whether the feature can be built without changing a picture and is of use then. Six are not:
+/// Returns whether the feature can be built without changing a picture and is of use then. Seven are not:
 ///   - the environment map samples other directions than a constant environment,
 ///   - the light tree and the separate sun choose other lights,
 ///   - the test of slivers rounds the hits of other triangles,
 ///   - mip levels are averages of texels,
-///   - shadow catchers without any would be sums that nobody reads.
+///   - shadow catchers without any would be sums that nobody reads,
+///   - light links are a departure from physics that pictures name.
 bool can_be_kept(const SceneNeed& need);
 /// Returns the needs that `kept` names and that can be kept, and those that follow from them.
 SceneNeeds kept_needs(const Kept& kept);

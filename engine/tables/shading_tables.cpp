@@ -13,6 +13,7 @@
 #include "engine/tables/shading_textures.h"
 #include "engine/tables/table_rows.h"
 #include "shaders/shared/light.h"
+#include "shaders/shared/light_links.h"
 #include "shaders/shared/texture_rows.h"
 #include "shaders/shared/word.h"
 
@@ -161,12 +162,13 @@ class Builder {
         tables_.light_choice = lights.choice;
         tables_.light_of_triangle = std::move(lights.light_of_triangle);
         tables_.light_groups = std::move(lights.groups);
+        tables_.light_links = std::move(lights.links);
         tables_.environment = std::move(lights.environment);
         tables_.environment_warp = std::move(lights.environment_warp);
     }
 
     /// Fills tables of lights that are kept but not in the scene: a light without radiance, no emissive triangles, a
-    /// black environment.
+    /// black environment, links that leave nothing out.
     void fill_light_tables() {
         const SceneNeeds& needs = tables_.needs;
         if (needs.lights() && tables_.lights.empty()) {
@@ -177,6 +179,13 @@ class Builder {
         std::vector<std::uint32_t>& of_triangle = tables_.light_of_triangle;
         if (needs.area_lights && of_triangle.empty()) of_triangle.assign(trace_.triangles.size(), shared::kNoLight);
         if (needs.area_lights && needs.instances) of_triangle.resize(trace_.triangles.size() + trace_.instances.size());
+        if (needs.light_links && tables_.light_links.empty()) {  // one set with all objects, which have one class
+            const std::size_t objects = trace_.triangles.size() + trace_.instances.size();
+            tables_.light_links.assign(3 + objects / shared::kClassesPerTexel, uvec4(0));
+            tables_.light_links[0].x = 2;
+            tables_.light_links[1] = uvec4(~0u);
+            tables_.light_groups.resize(2 + tables_.lights.size() / shared::kLightStride);
+        }
         if (needs.environment && tables_.environment_warp.empty()) tables_.environment_warp.assign(2, vec4(0));
     }
 

@@ -76,6 +76,7 @@ struct ShadingTables {
     LightChoice light_choice = LightChoice::power;  // choice in use, never `automatic`
     std::vector<std::uint32_t> light_of_triangle;   // R32UI: light of each triangle
     std::vector<std::uint32_t> light_groups;        // R32UI: LightTables::groups
+    std::vector<uvec4> light_links;                 // RGBA32UI: LightTables::links
     Image environment;                              // map of 3 channels, times the colour; 1x1 if constant
     std::vector<vec4> environment_warp;             // RGBA32F: hierarchy of cells
     Image albedo;                                   // table of 2 channels (albedo.h); empty unless glossy

@@ -20,7 +20,8 @@ namespace halflight {
 
 /// Flags in the top byte of SceneTables::triangles[i].w; the low 24 bits are the material.
 inline constexpr std::uint32_t kTriangleMaterialMask = 0x00ffffffu;
-inline constexpr std::uint32_t kTriangleAlpha = 0x80000000u;  // alpha mask or blend: a hit needs the alpha test
+// Alpha mask or blend, or LightLinks by which some light passes: a hit needs the alpha test.
+inline constexpr std::uint32_t kTriangleAlpha = 0x80000000u;
 using shared::kTriangleCatcher;
 using shared::kTriangleMirrored;
 using shared::kTriangleOneSided;
@@ -108,7 +109,8 @@ inline constexpr double kSliverAspect = 2000;
 /// Returns the tables. Precondition: validate(scene) passes. Meshes used once are merged into block 0. So are instances
 /// whose transform is singular, or so ill-conditioned that rays would lose nearly half of their bits in object space,
 /// and shadow catchers, whose triangles have a flag.
-/// The flag kTriangleAlpha is set only if some alpha decides hits: below 1 (blend) or below the cutoff (mask).
+/// The flag kTriangleAlpha is set only if some alpha decides hits: below 1 (blend) or below the cutoff (mask), or if
+/// LightLinks do (passed_classes()).
 /// Triangles of materials with is_one_sided() have kTriangleOneSided, and kTriangleMirrored if a merged transform
 /// mirrors. Those with is_pane() have kTrianglePane, but for shadow catchers.
 /// Throws Error for

@@ -49,6 +49,9 @@ class Builder {
         return scene_.meshes[static_cast<std::size_t>(instance.mesh)];
     }
 
+    /// Returns whether light of some light passes an instance.
+    bool is_passed(const Instance& instance) const { return ((passed_ >> instance.link_class) & 1) != 0; }
+
     /// Decides which instances are merged into block 0 and which share the block of their mesh.
     void classify() {
         std::vector<std::uint32_t> uses(scene_.meshes.size(), 0);
@@ -120,12 +123,14 @@ class Builder {
         }
         const std::vector<std::uint32_t> words = words_.of(TriangleWords::lowest_vertex_alpha(mesh));
         const std::uint32_t flags = scene_.instances[instance].catcher ? kTriangleCatcher : 0;
+        const bool passed = merged ? is_passed(scene_.instances[instance]) : passed_meshes_[range.mesh] != 0;
         const bool mirrored = merged && mirrors(scene_.instances[instance]);
         tables_.catchers |= flags != 0;
         for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
             const uvec3 corners = mesh.triangles[i] + range.first_vertex;
             std::uint32_t word = placed_word(words[mesh.triangle_material[i]], mirrored) | flags;
             if (flags != 0 && shared::in_pane(word)) word &= ~kTrianglePane;
+            if (passed) word |= kTriangleAlpha;
             tables_.triangles.emplace_back(corners, word);
             tables_.panes |= shared::in_pane(word);
             tables_.alpha_tested |= (word & kTriangleAlpha) != 0 || shared::in_pane(word);
@@ -159,6 +164,9 @@ class Builder {
     }
 
     void add_shared() {
+        passed_meshes_.assign(scene_.meshes.size(), 0);
+        for (std::size_t i = 0; i < scene_.instances.size(); ++i)
+            if (shared_[i] && is_passed(scene_.instances[i])) passed_meshes_[std::size_t(scene_.instances[i].mesh)] = 1;
         std::vector<std::size_t> first_use(scene_.meshes.size(), scene_.instances.size());
         for (std::size_t i = scene_.instances.size(); i-- > 0;) {
             if (shared_[i]) first_use[static_cast<std::size_t>(scene_.instances[i].mesh)] = i;
@@ -203,7 +211,9 @@ class Builder {
     std::size_t flatten_limit_;
     std::optional<dvec3> reference_;
     const TriangleWords words_{scene_};
-    std::vector<char> shared_;  // per scene instance: the instance shares its mesh's block
+    const std::uint64_t passed_ = passed_classes(scene_);
+    std::vector<char> shared_;         // per scene instance: the instance shares its mesh's block
+    std::vector<char> passed_meshes_;  // per mesh with a block: light of some light passes an instance
     TraceTables tables_;
 };
 

@@ -41,7 +41,7 @@ struct Bsdf {
 };
 
 // The macros HALFLIGHT_*_ROW are the first rows of lobes (engine/tables/needs.cpp).
-const uint kBsdfRows = HALFLIGHT_SURFACE_ROWS - uint(kBsdfRow);
+const uint kBsdfRows = HALFLIGHT_SURFACE_ROWS - uint(kBsdfRow) - (HALFLIGHT_LIGHT_LINKS != 0 ? 1u : 0u);
 
 void make_thin(inout Bsdf b) {
     b.solid_reflection = vec3(0.0);

@@ -43,13 +43,14 @@ struct CacheKey {
 
 // Returns the key of a position and of the axis closest to the normal (Binder et al. 2018, Fast Path Space Filtering by
 // Jittered Spatial Hashing). There is no jitter, because the first bounce scatters the visible edges of cells.
-// Positions are relative to TraceTables::origin.
-CacheKey cache_key(vec3 position, vec3 normal, int level) {
+// Positions are relative to TraceTables::origin. Objects that other lights light have cells of their own (link_class).
+CacheKey cache_key(vec3 position, vec3 normal, uint link_class, int level) {
     ivec3 cell = ivec3(floor(clamp(position / cache_length(level), vec3(-1e9), vec3(1e9))));
     vec3 size = abs(normal);
     uint axis = size.x >= size.y && size.x >= size.z ? 0u : size.y >= size.z ? 1u : 2u;
     uint side = normal[axis] < 0.0 ? 1u : 0u;
     uint hash = hash_u32(uint(level) * 6u + axis * 2u + side);
+    if (HALFLIGHT_LIGHT_LINKS != 0) hash = hash_combine(hash, link_class);
     hash = hash_combine(hash_combine(hash_combine(hash, uint(cell.x)), uint(cell.y)), uint(cell.z));
     uint key = hash_combine(hash_combine(hash_combine(hash_u32(hash ^ 0x9e3779b9u), uint(cell.x)), uint(cell.y)), uint(cell.z));
     return CacheKey(hash, max(key, 1u));
@@ -95,14 +96,14 @@ const float kCacheFed = 1.0 / 8.0;
 // Finds the point's cells. Returns true if the shortest one is mature and `choice` (uniform) lets the path end.
 // Otherwise the path feeds cells of all levels and requests those that are missing. Keys that do not get a cell request
 // another one with the next sample.
-bool find_cells(vec3 position, vec3 normal, int finest, float choice, inout CachePoint point) {
-    CacheKey key = cache_key(position, normal, finest);
+bool find_cells(vec3 position, vec3 normal, uint link_class, int finest, float choice, inout CachePoint point) {
+    CacheKey key = cache_key(position, normal, link_class, finest);
     CacheFind found = find_cell(key);
     point.key0 = key.key;
     point.cell0 = found.cell;
     if (found.count >= kCacheFull || (found.count >= kCacheMature && choice >= kCacheFed)) return true;
     for (int level = 0; level < kCacheLevels; ++level) {
-        key = cache_key(position, normal, finest + level);
+        key = cache_key(position, normal, link_class, finest + level);
         found = find_cell(key);
         if (found.cell == kNoCacheCell && found.free != kNoCacheCell) request_cell(found.free, key.key);
         uint cell = found.cell != kNoCacheCell ? found.cell : found.free;
@@ -114,10 +115,10 @@ bool find_cells(vec3 position, vec3 normal, int finest, float choice, inout Cach
 }
 
 // Returns the shortest cell of the `levels` finest ones that has enough samples; kNoCacheCell if none has.
-uint known_cell(vec3 position, vec3 normal, int finest, int levels) {
+uint known_cell(vec3 position, vec3 normal, uint link_class, int finest, int levels) {
     uint known = kNoCacheCell;
     for (int level = 0; level < levels && known == kNoCacheCell; ++level) {
-        CacheFind found = find_cell(cache_key(position, normal, finest + level));
+        CacheFind found = find_cell(cache_key(position, normal, link_class, finest + level));
         known = found.count >= kCacheTaken ? found.cell : kNoCacheCell;
     }
     return known;

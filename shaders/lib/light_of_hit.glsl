@@ -1,5 +1,6 @@
 // The light that a ray has hit, and light groups (Scene::light_groups), of which kLightGroups is the number.
 // Needs shaders/geometry_tables.glsl and shaders/scene_tables.glsl.
+#include "shaders/lib/light_links.glsl"
 #include "shaders/shared/light.h"
 #include "shaders/shared/ray_structs.h"
 #include "shaders/shared/word.h"
@@ -39,13 +40,24 @@ uint light_of_hit(Hit hit) {
     return first + rank;
 }
 
-uint light_group_entry(int entry) { return min(texelFetch(light_groups, entry).x, kLightGroups - 1u); }
-uint group_of_light(uint light) { return light_group_entry(2 + int(light)); }
+// Entry of the environment, or of emission that is no light, in the table of light groups. Entries of lights follow.
+const int kEnvironmentEntry = 0, kUnlistedEntry = 1, kFirstLightEntry = 2;
+
+int entry_of_light(uint light) { return kFirstLightEntry + int(light); }
+// Returns the entry of the light that a ray meets. is_hit: it meets a surface, else the environment.
+int entry_of_met(Hit hit, bool is_hit) {
+    uint light = light_of_hit(hit);
+    return !is_hit ? kEnvironmentEntry : light == kNoLight ? kUnlistedEntry : entry_of_light(light);
+}
+
+// Returns the group of an entry.
+uint light_group_entry(int entry) {
+    return min(texelFetch(light_groups, entry).x & ((1u << kLightGroupBits) - 1u), kLightGroups - 1u);
+}
+uint group_of_light(uint light) { return light_group_entry(entry_of_light(light)); }
 // Returns the group of the sun that is sampled apart. It has the last row.
 uint sun_group() { return group_of_light(uint(light_texels() / kLightStride) - 1u); }
+uint group_of_met(Hit hit, bool is_hit) { return light_group_entry(entry_of_met(hit, is_hit)); }
 
-// Returns the group of the light that a ray meets. is_hit: it meets a surface, else the environment.
-uint group_of_met(Hit hit, bool is_hit) {
-    uint light = light_of_hit(hit);
-    return !is_hit ? light_group_entry(0) : light == kNoLight ? light_group_entry(1) : group_of_light(light);
-}
+// Returns the set of light links of an entry.
+uint link_set_entry(int entry) { return kLightLinks ? texelFetch(light_groups, entry).x >> kLightGroupBits : 0u; }

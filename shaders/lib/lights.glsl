@@ -21,6 +21,7 @@ struct LightSample {
     bool at_infinity;
     vec3 end;        // end of the shadow ray, on this side of the light's surface; unused at infinity
     uint group;      // light group; any if no light arrives, or without groups
+    uint link_set;   // set of light links; 0 without links
 };
 
 const bool kLights = HALFLIGHT_LIGHTS != 0;  // the selection has lights
@@ -32,13 +33,22 @@ const bool kEmissionTextures = HALFLIGHT_TEXTURE_EMISSION != 0;
 const uint kSuns = kSun ? 1u : 0u;  // rows of the sun that is sampled apart
 const bool kLightChoice = HALFLIGHT_LIGHT_CHOICE != 0;  // the selection has more than one light
 
-Receiver receiver_at(vec3 position, vec3 normal) { return Receiver(position, 0.0, normal, 0.0); }
+Receiver receiver_at(vec3 position, vec3 normal, uint link_class) {
+    return Receiver(position, float_of_word(link_class), normal, 0.0);
+}
+Receiver receiver_at(vec3 position, vec3 normal) { return receiver_at(position, normal, 0u); }
+
+// Returns whether lights of a set light a receiver.
+bool lights_receiver(uint link_set, Receiver at) {
+    return !kLightLinks || lights_class(link_set, word_of_float(at.link_class));
+}
 
 // Returns the number of lights of the selection.
 uint light_count() { return uint(light_texels() / kLightStride) - kSuns; }
 
 // Samples the separate sun, which has the last row, by a point of the unit square if it has a size.
-LightSample sample_sun(vec3 position, vec2 xi) {
+LightSample sample_sun(Receiver at, vec2 xi) {
+    vec3 position = at.position;
     int row = light_texels() - kLightStride;
     LightSample s;
     s.direction = -texelFetch(scene_lights, row + 1).xyz;
@@ -56,6 +66,8 @@ LightSample sample_sun(vec3 position, vec2 xi) {
     s.at_infinity = true;
     s.end = position;
     s.group = kLightGroups > 0u ? sun_group() : 0u;
+    s.link_set = link_set_entry(entry_of_light(uint(row / kLightStride)));
+    if (!lights_receiver(s.link_set, at)) s.weight = vec3(0.0);
     return s;
 }
 
@@ -179,6 +191,7 @@ LightSample no_light_sample(vec3 position) {
     s.at_infinity = false;
     s.end = position;
     s.group = 0u;
+    s.link_set = 0u;
     return s;
 }
 
@@ -195,6 +208,8 @@ LightSample sample_of_light(Receiver at, uint light, vec2 xi, float gain, float 
         last.w *= gain;
         if (gain == 0.0) kind = kLightNone;
     }
+    s.link_set = link_set_entry(entry_of_light(light));
+    if (!lights_receiver(s.link_set, at)) kind = kLightNone;
     if (kAreaLights && kind == kLightTriangle) sample_triangle_light(at.position, row, head, last, xi, s);
     if (kPunctualLights && kind >= kLightPoint && kind <= kLightDirectional)
         sample_punctual_light(at.position, row, kind, head, last, xi, s);

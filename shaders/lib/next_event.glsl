@@ -19,7 +19,7 @@ bool contributes(vec3 radiance) { return any(notEqual(radiance, vec3(0.0))); }  
 // is the medium on wo's side.
 NextEvent event_of(LightSample light, vec3 position, float offset, Bsdf b, vec3 wo, vec4 before, uint count) {
     BsdfValue f = evaluate_bsdf(b, wo, light.direction);
-    bool delta = light.pdf == 0.0;
+    bool delta = light.pdf == 0.0 || sampled_alone(light.link_set);
     float density = float(count) * light.pdf;
     precise NextEvent e;  // precise, so that all shaders compute equal bits (--keep-all)
     e.diffuse = f.diffuse * light.weight * (delta ? 1.0 : power_heuristic(density, b.p_diffuse * f.pdf_diffuse));
@@ -32,6 +32,7 @@ NextEvent event_of(LightSample light, vec3 position, float offset, Bsdf b, vec3 
         e.diffuse *= passed;
         e.glossy *= passed;
     }
+    e.ray.t_min = start_of_shadow_ray(e.ray.t_min, light.link_set);
     e.group = light.group;
     return e;
 }
@@ -46,9 +47,8 @@ const float kAnyLight = 0.075, kWithoutSky = 0.2;
 // Samples every light of the selection, and keeps one of the samples in proportion to the light that it would give if
 // nothing were in between (Talbot, Cline, Egbert 2005, Importance Resampling for Global Illumination). There is one
 // candidate per light, and the choice is mixed with a uniform one.
-NextEvent sample_every_light(vec3 position, float offset, Bsdf b, vec3 wo, vec4 before, Sampler random, uint dimension,
+NextEvent sample_every_light(Receiver at, float offset, Bsdf b, vec3 wo, vec4 before, Sampler random, uint dimension,
                              uint count) {
-    Receiver at = receiver_at(position, b.geometric_normal);
     uint lights = light_count();
     float u = sample_1d(random, dimension + lights * kDimensionsPerLight);
     uint last = lights - 1u;  // the environment, if there is one
@@ -67,7 +67,7 @@ NextEvent sample_every_light(vec3 position, float offset, Bsdf b, vec3 wo, vec4 
     NextEvent kept;
     for (uint light = 0u; light < lights; ++light) {
         vec2 xi = sample_2d(random, dimension + light * kDimensionsPerLight);
-        NextEvent e = event_of(sample_of_light(at, light, xi, 1.0, 0.0), position, offset, b, wo, before, count);
+        NextEvent e = event_of(sample_of_light(at, light, xi, 1.0, 0.0), at.position, offset, b, wo, before, count);
         vec3 both = e.diffuse + e.glossy;
         float value = max(both.r, max(both.g, both.b));
         lamps = sum;
@@ -90,19 +90,18 @@ NextEvent sample_every_light(vec3 position, float offset, Bsdf b, vec3 wo, vec4 
     return kept;
 }
 
-// Samples one of the lights of the selection.
-NextEvent sample_next_event(vec3 position, float offset, Bsdf b, vec3 wo, vec4 before, Sampler random, uint dimension,
+// Samples one of the lights of the selection. offset: of the surface (SurfacePoint).
+NextEvent sample_next_event(Receiver at, float offset, Bsdf b, vec3 wo, vec4 before, Sampler random, uint dimension,
                             uint count) {
-    if (HALFLIGHT_EVERY_LIGHT != 0)
-        return sample_every_light(position, offset, b, wo, before, random, dimension, count);
-    LightSample light = sample_light(receiver_at(position, b.geometric_normal), sample_2d_bits(random, dimension));
-    return event_of(light, position, offset, b, wo, before, count);
+    if (HALFLIGHT_EVERY_LIGHT != 0) return sample_every_light(at, offset, b, wo, before, random, dimension, count);
+    LightSample light = sample_light(at, sample_2d_bits(random, dimension));
+    return event_of(light, at.position, offset, b, wo, before, count);
 }
 
 // Samples the sun that is not part of the selection.
-NextEvent sample_sun_event(vec3 position, float offset, Bsdf b, vec3 wo, vec4 before, Sampler random, uint dimension) {
+NextEvent sample_sun_event(Receiver at, float offset, Bsdf b, vec3 wo, vec4 before, Sampler random, uint dimension) {
     vec2 xi = kSizedSuns ? sample_2d(random, dimension + kDimensionsOfSizes) : vec2(0.0);
-    return event_of(sample_sun(position, xi), position, offset, b, wo, before, 1u);
+    return event_of(sample_sun(at, xi), at.position, offset, b, wo, before, 1u);
 }
 
 const Ray kDeadRay = Ray(vec3(0.0), 1.0, vec3(1.0), 0.0);

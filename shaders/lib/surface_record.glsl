@@ -1,6 +1,7 @@
 // Reading of rows of the G-buffer (shaders/shared/surface_rows.h), which shaders/resolve.comp writes.
 #include "shaders/lib/bsdf.glsl"
 #include "shaders/shared/surface_rows.h"
+#include "shaders/shared/word.h"
 
 // Data that passes need in addition to the BSDF.
 struct SurfacePoint {
@@ -10,7 +11,11 @@ struct SurfacePoint {
     vec3 emission;    // radiance towards the camera
     bool is_surface;  // false: the environment is visible
     bool catches;     // the ray met a shadow catcher, behind which the environment is visible
+    uint link_class;  // Instance::link_class; 0 without light links
 };
+
+// Row of the class, behind those of the BSDF.
+const uint kLinkRow = HALFLIGHT_SURFACE_ROWS - 1u;
 
 uniform samplerBuffer surfaces;  // RGBA32F: rows of records
 
@@ -19,8 +24,9 @@ vec4 surface_row(uint path, uint row) { return texelFetch(surfaces, int(path * H
 SurfacePoint load_surface_point(uint path) {
     vec4 position = surface_row(path, 0u);
     vec4 emission = surface_row(path, 1u);
+    uint link_class = HALFLIGHT_LIGHT_LINKS != 0 ? word_of_float(surface_row(path, kLinkRow).x) : 0u;
     return SurfacePoint(position.xyz, position.w, max(emission.w, 0.0), emission.xyz, emission.w >= 0.0,
-                        emission.w == -2.0);
+                        emission.w == -2.0, link_class);
 }
 
 vec3 load_geometric_normal(uint path) { return surface_row(path, 2u).xyz; }

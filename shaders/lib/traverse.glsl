@@ -14,6 +14,7 @@
 #include "shaders/lib/bvh.glsl"
 #include "shaders/lib/finite.glsl"
 #include "shaders/lib/intersect.glsl"
+#include "shaders/lib/light_links.glsl"
 #include "shaders/lib/stack_references.glsl"
 
 const bool kPassesPanes = HALFLIGHT_PASS_PANES != 0;      // panes are no hits
@@ -299,7 +300,10 @@ Hit traverse_from(Ray ray, int entries, Hit known, Sampler random, const bool an
         if (kAlpha && asks) {
             asks = false;
             uint row = row_of(asked_place, asked.triangle);
-            if (alpha_accept(triangle_id(asked.triangle), row, asked.instance, asked.u, asked.v, random)) {
+            bool accepts = alpha_accept(triangle_id(asked.triangle), row, asked.instance, asked.u, asked.v, random);
+            if (kShadowLinks && any_hit)
+                accepts = accepts && blocks_light(set_of_shadow_ray(ray.t_min), class_of_object(row, asked.instance));
+            if (accepts) {
                 found = true;
                 nearest = asked;
                 if (any_hit) node = kStackDone;

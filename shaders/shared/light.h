@@ -63,9 +63,9 @@ HALFLIGHT_SHARED_FUNCTION uint light_trail(uint head) {
 
 // A receiver of light. The selection of a light and its density must use equal bits.
 struct Receiver {
-    vec3 position;  // position on the surface, relative to TraceTables::origin; rays start beside it
-    float reserved0;
-    vec3 normal;  // geometric normal, unit length, on the side of wo
+    vec3 position;     // position on the surface, relative to TraceTables::origin; rays start beside it
+    float link_class;  // word: Instance::link_class of the surface; 0 without light links
+    vec3 normal;       // geometric normal, unit length, on the side of wo
     float reserved1;
 };
 HALFLIGHT_SHARED_SIZE(Receiver, 32)

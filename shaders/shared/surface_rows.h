@@ -8,6 +8,7 @@
 //   row 3   shading normal; alpha
 //   row 4   diffuse albedo; probability of transmission
 //   with HALFLIGHT_GLOSSY and others: pack_bsdf() in shaders/lib/bsdf_record.glsl
+//   with HALFLIGHT_LIGHT_LINKS, the last row: class of the object (shaders/shared/light_links.h), as a word
 // The names are those of struct Bsdf. record_rows() in engine/scene/material_properties.h returns the number of rows.
 #pragma once
 

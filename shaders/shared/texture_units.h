@@ -29,7 +29,8 @@ HALFLIGHT_SHARED_CONST int kUnitLightTree = 18;        // RGBA32UI: light tree
 HALFLIGHT_SHARED_CONST int kUnitColorBanks = 19;       // RGBA16F: banks 1 to 3 of the colour texels
 HALFLIGHT_SHARED_CONST int kUnitDataBanks = 22;        // RGBA8: banks 1 to 3 of the data texels
 HALFLIGHT_SHARED_CONST int kUnitTileSlots = 25;        // R32UI: slot of each tile of textures
-HALFLIGHT_SHARED_CONST int kUnitLightGroups = 26;      // R32UI: light group of each light
-HALFLIGHT_SHARED_CONST int kUnitFree = 27;             // first unit for a kernel's own textures
+HALFLIGHT_SHARED_CONST int kUnitLightGroups = 26;      // R32UI: light group and links of each light
+HALFLIGHT_SHARED_CONST int kUnitLightLinks = 27;       // RGBA32UI: sets of light links, and classes of objects
+HALFLIGHT_SHARED_CONST int kUnitFree = 28;             // first unit for a kernel's own textures
 
 HALFLIGHT_SHARED_END

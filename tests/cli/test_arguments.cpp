@@ -202,6 +202,8 @@ TEST_F(Refusal, SettingsThatDoNotFitTogether) {
         {2, "--light-group rest=lamp", "--light-group: 'rest' is the group of all lights"},
         {2, "--light-group a.R=lamp", "--light-group: 'a.R' cannot name a light group"},
         {2, "--light-group a=light:", "--light-group: expects NAME=LIGHT"},
+        {2, "--light-link light", "--light-link: expects LIGHT=OBJECT"},
+        {2, "--shadow-link light=-", "--shadow-link: expects LIGHT=OBJECT"},
         {2, "--hide node:", "--hide: expects the name"},
         {2, "--shadow-catcher mesh:", "--shadow-catcher: expects the name"},
         {1, "--working-space acescc", "did you mean 'ACEScg'"},

@@ -160,6 +160,12 @@ class Calls:
     def call_set_light_groups(self, dice):
         self.scene.set_light_groups(dice.choice([{}, {"ceiling": ["*"]}, {"a": [], "b": value(dice)}, value(dice)]))
 
+    def call_set_light_links(self, dice):
+        self.scene.set_light_links(dice.choice([{}, {"light": ["-floor"]}, {"*": [], "b": value(dice)}, value(dice)]))
+
+    def call_set_shadow_links(self, dice):
+        self.scene.set_shadow_links(dice.choice([{}, {"light": "-*block"}, {"environment": value(dice)}, value(dice)]))
+
     def call_transform(self, dice):
         self.scene.transform(value(dice))
 

@@ -239,6 +239,21 @@ class Edits(InFolder):
         self.assertEqual(self.scene.light_groups, [])
         self.check_undone()
 
+    def test_light_links(self):
+        self.scene.set_light_links({"light": ["-floor"]})
+        left_out = self.renderer.render()["beauty"]
+        self.assertLess(left_out.sum(), self.before.sum())
+        self.scene.set_light_links()
+        self.scene.set_shadow_links({"material:light": "-*block"})
+        self.assertGreater(self.renderer.render()["beauty"].sum(), self.before.sum())
+        self.scene.set_shadow_links()
+        np.testing.assert_array_equal(self.renderer.render()["beauty"], self.before)
+        for wrong in ("light", ["light"], 3):
+            self.assertRaisesRegex(TypeError, "links are a dict", self.scene.set_light_links, wrong)
+        self.assertRaisesRegex(hl.Error, "'light' names no objects", self.scene.set_light_links, {"light": []})
+        self.assertRaisesRegex(hl.Error, "'flor'.*did you mean", self.scene.set_light_links, {"light": "-flor"})
+        self.check_undone()
+
     def test_shadow_catchers(self):
         self.scene.set_shadow_catchers("floor")
         self.assertEqual(self.scene.shadow_catchers, ["floor"])

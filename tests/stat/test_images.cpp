@@ -181,6 +181,36 @@ TEST_F(ImageTest, LightProfiles) {
     expect_agreement(scene, {.name = "light-profiles", .samples = 64, .bounces = 4});
 }
 
+/// A panel, a lamp with a size, a sun and a sky light some objects each, and light of three of them passes some.
+TEST_F(ImageTest, LightLinks) {
+    Scene scene = cornell_box(metal_material({0.9f, 0.8f, 0.6f}, 0.3f));
+    Material pane = glass_material(0);
+    pane.thickness = 0, pane.base_color = {0.4f, 0.7f, 0.9f, 1};
+    add_quad(scene, add_material(scene, pane), {-0.9f, -0.4f, 0.5f}, {1, 0, 0.2f}, {0, 0.8f, 0});
+    for (std::size_t i = 0; i < scene.instances.size(); ++i)
+        scene.instances[i].link_class = static_cast<std::uint8_t>(i % 4);
+    const auto except = [](int own) { return ~(std::uint64_t{1} << own); };
+    for (Material& material : scene.materials) {
+        material.emission *= 0.3f;
+        if (material.emission != vec3(0)) material.links = {except(1), except(2)};
+    }
+    scene.environment.color = {0.3f, 0.4f, 0.6f};
+    scene.environment.links = {except(2), except(3)};
+    PunctualLight& lamp = scene.lights.emplace_back();
+    lamp.position = {0.3, 0.2, 0.4};
+    lamp.radius = 0.15f;
+    lamp.intensity = {0.5f, 0.4f, 0.2f};
+    lamp.links = {except(0), except(1) & except(2)};
+    PunctualLight& other = scene.lights.emplace_back(lamp);
+    other.position = {-0.5, 0.5, 0.3};
+    other.links.blockers = ~std::uint64_t{0};
+    PunctualLight& sun = scene.lights.emplace_back();
+    sun.type = LightType::directional, sun.angle = 0.2f;
+    sun.direction = glm::normalize(vec3(0.3f, -0.5f, -1));
+    sun.links = {except(3), except(0)};
+    expect_agreement(scene, {.name = "light-links", .samples = 64, .bounces = 4});
+}
+
 TEST_F(ImageTest, Textures) {
     expect_agreement(textured_scene(), {.name = "textures", .bounces = 4});
 }

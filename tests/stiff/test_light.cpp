@@ -63,6 +63,23 @@ class Light : public StiffTest {
     }
 };
 
+TEST_F(Light, PassesNestedObjectsThatCastNoShadows) {
+    for (const double far : {0.0, 1e6}) {
+        Scene scene = floor();
+        const int metal = add_material(scene, metal_material(vec3(0.9f), 0.5f));
+        for (int i = 1; i <= 100; ++i) {
+            const float r = 0.001f * static_cast<float>(i);
+            add_box(scene, metal, {-r, 1 - r, -r}, {r, 1 + r, r});
+            scene.instances.back().link_class = 63;
+        }
+        for (Instance& instance : scene.instances) instance.object_to_world[3].x = far;
+        add_lamp(scene, LightType::point, {far, 1, 0}, 1);
+        const std::string name = far > 0 ? " a million units away" : "";
+        scene.lights[0].links.blockers = ~(std::uint64_t{1} << 63);
+        expect_spot("a lamp in 100 boxes that cast no shadows" + name, scene, {far, 0, 0}, 0.01, 1);
+    }
+}
+
 TEST_F(Light, StacksOfPanes) {
     // A sun shines through panes that are far above the floor, near each other, and doubled.
     struct Case {

@@ -84,6 +84,13 @@ void add_edit_options(Options& options, ViewArguments& a) {
          "lights, emissive materials, nodes with everything below them, or environment; light:NAME, material:NAME and "
          "node:NAME select a kind. light_rest has all other lights. `each` makes a layer of each light",
          add_light_group);
+    edit("--light-link", "LIGHT=OBJECT,...|LIGHT=-OBJECT,...",
+         "limits the objects that lights light, which is a departure from physics: to these objects, or with - to all "
+         "but these. LIGHT is a name as for --light-group, OBJECT one as for --shadow-catcher, or ground",
+         add_light_link);
+    edit("--shadow-link", "LIGHT=OBJECT,...|LIGHT=-OBJECT,...",
+         "limits the objects that cast the shadows of lights, in the form of --light-link: light passes all others",
+         add_shadow_link);
 }
 
 }  // namespace halflight

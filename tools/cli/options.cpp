@@ -293,6 +293,7 @@ Occasion occasion_of(const RenderArguments& a) {
             .sequence = !single,
             .part_of_sequence = one_part && !single,
             .light_groups = a.choice.edits.each_light || !a.choice.edits.light_groups.empty(),
+            .links = !a.choice.edits.light_links.empty() || !a.choice.edits.shadow_links.empty(),
             .pages = !a.choice.pages.empty(),
             .moved_surfaces = change_surfaces(a.choice.edits),
             .asked = true,

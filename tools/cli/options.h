@@ -100,7 +100,8 @@ std::size_t size_of_text(const std::string& option, const std::string& text);
 void add_camera_options(Options& options, ViewArguments& arguments);
 /// Declares --env, --sky, --env-rotation and --env-intensity.
 void add_environment_options(Options& options, SceneChoice& choice);
-/// Declares --light, --material, --node, --hide, --shadow-catcher and --light-group.
+/// Declares --light, --material, --node, --hide, --shadow-catcher, --light-group, --light-link and
+/// --shadow-link.
 void add_edit_options(Options& options, ViewArguments& arguments);
 /// Declares --variant.
 void add_variant_option(Options& options, std::string& variant);

@@ -13,8 +13,8 @@ namespace halflight {
 namespace {
 
 constexpr const char* kVersionKey = "halflight_settings";
-constexpr std::string_view kLists[] = {"lights", "materials", "transforms",      "nodes",
-                                       "hide",   "bookmarks", "shadow_catchers", "light_groups"};
+constexpr std::string_view kLists[] = {"lights",    "materials",       "transforms",   "nodes",       "hide",
+                                       "bookmarks", "shadow_catchers", "light_groups", "light_links", "shadow_links"};
 
 /// Returns a number for settings that decide together; 0: the setting stands alone.
 int joint_group(std::string_view key) {

@@ -37,7 +37,9 @@ std::vector<std::string> memory_options() {
                                       "--shadow-catcher",
                                       "--ground",
                                       "--ground-height",
-                                      "--light-group"};
+                                      "--light-group",
+                                      "--light-link",
+                                      "--shadow-link"};
     for (const Setting& s : known_settings())
         if (s.memory) names.push_back(fmt::format("--{}", s.name));
     return names;

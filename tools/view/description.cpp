@@ -85,6 +85,7 @@ std::string Session::description() const {
     else
         count(edits.hidden.size(), "name", "hidden");
     count(edits.catchers.size(), "name", "catching shadows");
+    count(edits.light_links.size() + edits.shadow_links.size(), "light link", "in use");
     if (modes.preview.any()) words.push_back(fmt::format("preview {}", text(modes.preview)));
     if (modes.denoise) words.emplace_back("denoised");
     if (modes.clamp > 0) words.push_back(fmt::format("clamped to {:g}", modes.clamp));

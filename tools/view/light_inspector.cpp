@@ -1,10 +1,13 @@
 // The properties of lights and of the environment.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "api/halflight/edit_text.h"
+#include "engine/core/error.h"
+#include "engine/core/names.h"
 #include "engine/scene/black_body.h"
 #include "engine/scene/light_types.h"
 #include "tools/view/inspector.h"
@@ -88,6 +91,29 @@ void size_of_light(const PunctualLight& shown, float diagonal, LightEdit& edit) 
         edit.radius = radius;
 }
 
+/// Lets the user type which objects a light is linked to. Texts that name nothing are reported and not taken.
+void link_of_light(PanelContext& c, const char* name, const char* help, const std::string& light,
+                   std::vector<LightLink> SceneEdits::*links) {
+    const std::vector<LightLink>& now = c.session.edits.*links;
+    const auto own = std::ranges::find(now, light, &LightLink::light);
+    const std::string shown = own == now.end() ? "" : fmt::format("{}", fmt::join(own->objects, ","));
+    std::array<char, 1024> typed{};
+    shown.copy(typed.data(), typed.size() - 1);
+    label(name, help);
+    if (!ImGui::InputText(fmt::format("##{}", name).c_str(), typed.data(), typed.size(),
+                          ImGuiInputTextFlags_EnterReturnsTrue | ImGuiInputTextFlags_AutoSelectAll))
+        return;
+    SceneEdits edits = c.session.edits;
+    std::erase_if(edits.*links, [&](const LightLink& link) { return link.light == light; });
+    const std::string text = typed.data();
+    if (!text.empty()) (edits.*links).push_back({light, split_names(text)});
+    try {
+        c.session.edit(std::move(edits));
+    } catch (const Error& error) {
+        c.requests.done.emplace_back(error.what());
+    }
+}
+
 const char* kOfFile = "of the scene";
 const char* kClearSky = "clear sky with sun";
 const char* kColor = "colour";
@@ -156,6 +182,16 @@ void light_properties_of(PanelContext& c, std::size_t index) {
     if (type.has_direction || shown.profile != kNone) direction_of_light(shown, edit);
     size_of_light(shown, static_cast<float>(c.session.diagonal()), edit);
     profile_of_light(c, values, shown, edit);
+    if (!c.session.in_pages()) {
+        // Numbers need a kind, since a link names lights of several kinds.
+        const bool is_number = name.find_first_not_of("0123456789") == std::string::npos;
+        const std::string linked = is_number ? "light:" + name : name;
+        link_of_light(c, "Lights only",
+                      "objects that the light lights, separated by commas: floor,wall. -floor: all but this", linked,
+                      &SceneEdits::light_links);
+        link_of_light(c, "Shadows of", "objects that cast the shadows of the light: floor,wall. -floor: all but this",
+                      linked, &SceneEdits::shadow_links);
+    }
     if (button("Reset light", "restores the light of the scene")) edit = {};
     if (edit != before) light_edit(edits, name) = edit;
     remove_empty(edits);

@@ -59,6 +59,8 @@ void Session::find_references(bool other_scene) {
     std::erase_if(edits.hidden, [&](const ObjectName& hidden) { return vanished_of_any(hidden.name); });
     for (LightGroup& group : edits.light_groups) std::erase_if(group.lights, vanished_of_any);
     std::erase_if(edits.light_groups, [](const LightGroup& group) { return group.lights.empty(); });
+    for (auto* const links : {&edits.light_links, &edits.shadow_links})
+        std::erase_if(*links, [&](const LightLink& link) { return vanished_of_any(link.light); });
     if (selection.kind == ObjectKind::light && selection.index >= references_.lights.size()) selection = {};
 }
 

@@ -69,6 +69,12 @@ def _names(value):
     return [value] if isinstance(value, str) else _items(value)
 
 
+def _links(links):
+    if not isinstance(links, (dict, type(None))):
+        raise TypeError(f"links are a dict of lists of names, or None, not {links!r:.100}")
+    return [(light, _names(objects)) for light, objects in (links or {}).items()]
+
+
 def _text(value):
     if isinstance(value, bool) or type(value).__name__ in ("bool_", "bool"):  # numpy's, whose names depend on its version
         return "yes" if value else "no"
@@ -272,6 +278,19 @@ class Scene:
             raise TypeError(f"light groups are a dict of lists of names, \"each\" or None, not {groups!r:.100}")
         lists = [] if each else [(name, _names(lights)) for name, lights in (groups or {}).items()]
         _call(self._native.set_light_groups, groups=lists, each=each)
+
+    def set_light_links(self, links=None):
+        """Limits the objects that lights light, a departure from physics that pictures name: set_light_links({"key":
+        ["-floor"]}).
+
+        Keys are names of lights as for set_light_groups(). An object is the name or pattern of nodes with everything
+        below them or of meshes, or "ground"; "-NAME" leaves it out. A list that starts with such a name starts with all
+        objects. None removes the links."""
+        _call(self._native.set_light_links, links=_links(links))
+
+    def set_shadow_links(self, links=None):
+        """Limits the objects that cast the shadows of lights, by lists like those of set_light_links()."""
+        _call(self._native.set_shadow_links, links=_links(links))
 
     def edit_options(self):
         """Returns the text of ``halflight info --names`` for the scene with its edits: objects as options of

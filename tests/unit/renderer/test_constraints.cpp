@@ -64,6 +64,7 @@ const Broken kBroken[] = {
          s.view.camera.lens = {.aperture = 30, .focus = {.kind = Focus::Kind::point}};
      }},
     {"a page file", "edits of surfaces", [](auto&, auto& o) { o.pages = o.moved_surfaces = true; }},
+    {"a page file", "light links", [](auto&, auto& o) { o.pages = o.links = true; }},
 };
 
 TEST(Constraints, RowsAreBrokenByTheirFeatures) {

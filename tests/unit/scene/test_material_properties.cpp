@@ -107,7 +107,7 @@ TEST_F(MaterialTable, CoversEveryMemberAndEveryNeed) {
         const auto first = reinterpret_cast<const char*>(&member) - reinterpret_cast<const char*>(&m);
         std::fill_n(covered.begin() + first, sizeof member, true);
     };
-    cover(m.name), cover(m.alpha_mode), cover(m.light_group);
+    cover(m.name), cover(m.alpha_mode), cover(m.light_group), cover(m.links);
     for (const MaterialProperty& p : material_properties()) std::visit([&](auto member) { cover(m.*member); }, p.field);
     for (const MaterialTexture& t : material_textures()) cover(m.*t.field);
     std::size_t gap = 0;
