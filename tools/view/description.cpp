@@ -86,6 +86,7 @@ std::string Session::description() const {
         count(edits.hidden.size(), "name", "hidden");
     count(edits.catchers.size(), "name", "catching shadows");
     if (modes.preview.any()) words.push_back(fmt::format("preview {}", text(modes.preview)));
+    if (modes.show_lamps) words.emplace_back("lamps shown");
     if (modes.denoise) words.emplace_back("denoised");
     if (modes.clamp > 0) words.push_back(fmt::format("clamped to {:g}", modes.clamp));
     words.push_back(fmt::format("{} bounce{}", bounces, bounces == 1 ? "" : "s"));
