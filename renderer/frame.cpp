@@ -7,6 +7,7 @@
 #include "passes/light/shadow.h"
 #include "passes/light/specular_chain.h"
 #include "passes/picture/shadow_catcher.h"
+#include "passes/steps/lamps.h"
 
 namespace halflight {
 
@@ -17,7 +18,10 @@ Frame add_frame(graph::Graph& graph, const SceneView& view, const FrameOptions& 
         add_gbuffer(graph, view, {.rays = bool(needs.camera_rays), .hits = bool(needs.camera_hits)}, options.primary);
     SampleInputs sample;
     sample.gbuffer = frame.gbuffer;
-    if (needs.seen) sample.seen = add_seen(graph, view, inputs.seen_constants, options.primary);
+    if (needs.seen)
+        sample.seen = add_seen(graph, view, inputs.seen_constants, options.primary, bool(needs.shown_lamps));
+    else if (needs.shown_lamps)
+        sample.lamps = add_shown_lamps(graph, view, frame.gbuffer);
     if (needs.shadow) sample.direct = add_shadow(graph, view, frame.gbuffer);
     if (needs.continuation) {
         PathBuffers paths = create_path_buffers(graph, view);

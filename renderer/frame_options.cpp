@@ -25,6 +25,7 @@ FrameOptions frame_options(const RenderSettings& settings, const Estimator& aske
             .camera_rays = static_cast<int>(settings.estimator.camera),
             .lens = settings.camera.lens.blurs(),
             .optics = settings.camera.optics.traced(),
+            .show_lamps = settings.show_lamps,
             .shadow_rays = static_cast<int>(settings.estimator.shadow),
             .preview = settings.preview};
 }

@@ -71,6 +71,7 @@ std::optional<float> find_exposure(PreparedScene& scene, const ColorConfig& colo
     s.samples = kMeterSamples;
     s.bounces = settings.bounces;
     s.clamp = settings.clamp;
+    s.show_lamps = settings.show_lamps;
     s.backfaces = settings.backfaces;
     // The choice for the picture, not for the small one: other programs would take as long as the first sample.
     if (!scene.pool())

@@ -41,6 +41,7 @@ constexpr const char* kLens = "lens";
 constexpr const char* kOptics = "projections and eyes";
 constexpr const char* kRasterization = "rasterization";
 constexpr const char* kSeen = "camera rays for light alone";
+constexpr const char* kShownLamps = "lamps seen by the camera";
 constexpr const char* kClamp = "clamp of indirect light";
 constexpr const char* kChains = "surfaces seen in mirrors";
 constexpr const char* kSquares = "sums of squares";
@@ -154,6 +155,10 @@ FrameNeeds frame_needs(const SceneNeeds& scene, const FrameOptions& options) {
     const bool features = options.want_features || !no_chains;
     const std::size_t half_sums = shared::kHalfSums + (no_chains ? 0 : shared::kChainSums);
     const bool traced = options.primary == PrimaryVisibility::traced;  // traced visibility needs rays and hits
+    const char* no_lamps = !options.show_lamps    ? "lamps are not shown (--show-lamps)"
+                           : scene.sized_lights() ? nullptr
+                                                  : "no lamp has a size";
+    const bool lamps_of_rays = !no_lamps && options.camera_rays == 1;  // else, other rays see them
     return {
         .shadow = {kShadow, std::size_t(options.shadow_rays) * (kShadowRay + sizeof(shared::DirectLight)), no_shadow},
         .diffuse = {kDiffuse, kListEntry, transport(diffuse, no_diffuse)},
@@ -173,9 +178,9 @@ FrameNeeds frame_needs(const SceneNeeds& scene, const FrameOptions& options) {
                            : !options.radiance_cache || options.group_size > 1 ? kNoPreview
                                                                                : transport(false, no_diffuse)},
         .camera_rays = {kCameraRays, sizeof(shared::Ray),
-                        traced ? nullptr : transport(kept(kCameraRays) || paths || shadow, nullptr)},
+                        traced || lamps_of_rays ? nullptr : transport(kept(kCameraRays) || paths || shadow, nullptr)},
         .camera_hits = {kCameraHits, sizeof(shared::Hit),
-                        asked(options.want_hits || traced || options.light_groups > 0, kCameraHits,
+                        asked(options.want_hits || traced || options.light_groups > 0 || lamps_of_rays, kCameraHits,
                               "neither mattes nor light groups were requested")},
         // A lens needs traced visibility, so it is not kept by its name, either.
         .lens = {kLens, 0, options.lens ? nullptr : "no depth of field was requested"},
@@ -184,8 +189,11 @@ FrameNeeds frame_needs(const SceneNeeds& scene, const FrameOptions& options) {
         .seen = {kSeen, sizeof(vec4),
                  options.camera_rays == 1
                      ? options.camera_rays_piloted ? kPiloted : "there is one camera ray per sample"
-                 : scene.emission || scene.environment || options.kept.is_everything() ? nullptr
-                                                                                       : "there is no light"},
+                 : scene.emission || scene.environment || !no_lamps || options.kept.is_everything()
+                     ? nullptr
+                     : "there is no light"},
+        // Lamps that are shown change the picture, so they are not kept by their name.
+        .shown_lamps = {kShownLamps, sizeof(vec4), no_lamps},
         .clamp = {kClamp, 0, later(kept(kClamp), options.clamp > 0 ? nullptr : "no clamp is set")},
         .chains = {kChains, chain_bytes(scene), no_chains},
         .squares = {kSquares, 3 * sizeof(double), asked(options.want_squares, kSquares, "no variance was requested")},
@@ -195,7 +203,7 @@ FrameNeeds frame_needs(const SceneNeeds& scene, const FrameOptions& options) {
         // Light groups without layers would be sums that nobody reads, so they are not kept by their name.
         .light_groups = {kLightGroups,
                          light_group_bytes(std::size_t(std::max(options.light_groups, 1)), options.group_size > 1,
-                                           options.camera_rays > 1),
+                                           options.camera_rays > 1 || !no_lamps),
                          options.light_groups > 0 ? nullptr : "no light groups were requested"},
         .tiles = {kTiles, tile_bytes_of_path(), no_shadow ? no_shadow : no_tiles(options)},
     };
@@ -227,7 +235,7 @@ std::vector<std::string> keepable_names() {
     std::vector<std::string> names;
     for (const FramePart& part : frame_needs({}, {}).parts())
         if (part.name != kReuse && part.name != kSeen && part.name != kRadianceCache && part.name != kLens &&
-            part.name != kOptics && part.name != kLightGroups)
+            part.name != kOptics && part.name != kShownLamps && part.name != kLightGroups)
             names.emplace_back(part.name);
     for (const SceneNeed& need : known_scene_needs())
         if (can_be_kept(need)) names.emplace_back(need.name);

@@ -37,6 +37,7 @@ struct FrameOptions {
     int camera_rays = 1;                                    // camera rays per sample for directly visible light, > 0
     bool lens = false;                                      // camera rays start on a lens
     bool optics = false;                                    // camera rays follow shaders/shared/ray_projections.h
+    bool show_lamps = false;                                // camera rays see the lamps that have a size
     int shadow_rays = 1;                                    // shadow rays per sample from the first surface, > 0
     bool radiance_cache = false;  // samples end paths in the radiance cache; excludes path reuse
     Preview preview{};            // modes of the whole picture
@@ -58,15 +59,16 @@ struct FrameNeeds {
     FramePart camera_rays, camera_hits;               // outputs of the G-buffer
     FramePart lens, optics;                           // camera rays that start on a lens, or follow optics
     FramePart seen;                                   // additional camera rays for directly visible light
+    FramePart shown_lamps;                            // lamps that camera rays see
     FramePart clamp;                                  // clamp of indirect light
     FramePart chains;                                 // surfaces seen in mirrors and through clear glass
     FramePart squares, features, halves;              // sums
     FramePart light_groups;                           // sums of light groups, and their light along paths
     FramePart tiles;                                  // tile lists of first shadow rays
-    std::array<FramePart, 19> parts() const {
-        return {shadow,      diffuse,     glossy, continuation, later_light, reuse, radiance_cache,
-                camera_rays, camera_hits, lens,   optics,       seen,        clamp, chains,
-                squares,     features,    halves, light_groups, tiles};
+    std::array<FramePart, 20> parts() const {
+        return {shadow,      diffuse,     glossy,   continuation, later_light,  reuse,       radiance_cache,
+                camera_rays, camera_hits, lens,     optics,       seen,         shown_lamps, clamp,
+                chains,      squares,     features, halves,       light_groups, tiles};
     }
 };
 /// Decides which parts are built. scene: includes kept parts. A kept part also keeps the parts that it depends on.

@@ -84,6 +84,7 @@ RenderSettings pilot_settings(const RenderSettings& of) {
     s.clamp = of.clamp;
     s.culling = rays::Culling::off;
     s.primary = of.primary;
+    s.show_lamps = of.show_lamps;
     s.backfaces = of.backfaces;
     s.kept = of.kept;
     s.frame = -1;  // frame number of hardly any picture, so that no sample is shared

@@ -13,6 +13,7 @@ const bool kIndirect = HALFLIGHT_INDIRECT != 0;           // paths went on behin
 const bool kPending = HALFLIGHT_PENDING != 0;             // the last light samples of paths have not been added yet
 const bool kReuse = HALFLIGHT_REUSE != 0;                 // paths received light from their groups
 const bool kSeen = HALFLIGHT_SEEN != 0;                   // the mean emission of several camera rays takes the place of one
+const bool kLampsSeen = HALFLIGHT_LAMPS_SEEN != 0;  // light of lamps is added to what one camera ray sees
 const bool kFeatures = HALFLIGHT_FEATURES != 0;
 const bool kHalves = HALFLIGHT_HALVES != 0;
 const bool kClamp = HALFLIGHT_CLAMP != 0;
@@ -27,7 +28,7 @@ uniform usamplerBuffer later_sun_occluded;  // R32UI: answers to the last sun ra
 uniform samplerBuffer sun_light;            // RGBA32F: radiance of sun samples
 uniform samplerBuffer chains;               // RGBA32F: SpecularChain, three texels each
 uniform samplerBuffer received;             // RGBA32F: DirectLight, two texels each
-uniform samplerBuffer light_seen;           // RGBA32F: emission seen by camera rays
+uniform samplerBuffer light_seen;           // RGBA32F: emission seen by camera rays, or light of lamps
 uniform samplerBuffer group_light;          // RGBA32F: kGroupRows rows for each path
 uniform float most_luminance;               // highest luminance of a sample's indirect light
 
@@ -82,18 +83,19 @@ dvec3 part_of(vec3 part, vec3 whole) {
     return dvec3(max(mix(part, vec3(0.0), bad), vec3(0.0)));
 }
 
-// Begins the sums of groups, and adds the emission that is seen.
-void add_emission_to_groups(Sample s, int seen_row, vec3 emission) {
+// Begins the sums of groups, and adds the emission that is seen, whose sum over the groups is point.emission.
+void add_emission_to_groups(Sample s, int seen_row, vec3 of_surface) {
     for (uint i = 0u; i < (frame.begins != 0u ? 3u * kLightGroups : 0u); ++i)
         group_sums[s.to * 3u * kLightGroups + i] = 0.0lf;
-    if (kSeen) {
+    if (kSeen || kLampsSeen) {
         for (uint g = 0u; g < kLightGroups; ++g)
             add_to_group(s.to, g, part_of(texelFetch(light_seen, seen_row + 1 + int(g)).rgb, s.point.emission));
-    } else {
+    }
+    if (!kSeen) {
         Hit seen = load_hit(s.path);
         seen.triangle = s.point.is_surface ? seen.triangle : 0u;  // a miss looks up triangle 0, unused
         seen.instance = s.point.is_surface ? seen.instance : 0u;
-        add_to_group(s.to, group_of_met(seen, s.point.is_surface), dvec3(emission));
+        add_to_group(s.to, group_of_met(seen, s.point.is_surface), part_of(of_surface, s.point.emission));
     }
 }
 
@@ -223,12 +225,16 @@ void add(uint path, uint to) {
     s.to = to;
     s.point = load_surface_point(path);
     int seen_row = int(path * (1u + kLightGroups));
-    if (kSeen) s.point.emission = texelFetch(light_seen, seen_row).rgb;
+    vec4 seen = vec4(0.0);
+    if (kSeen || kLampsSeen) seen = texelFetch(light_seen, seen_row);
+    vec3 of_surface = s.point.emission;
+    if (kSeen) s.point.emission = seen.rgb;
+    if (kLampsSeen) s.point.emission += seen.rgb;
     vec3 emission = guarded(s.point.emission, kCountGBuffer);
     dvec3 beauty = emission;  // no sum of doubles overflows for finite floats
     for (uint i = 0u; i < 3u; ++i) ADD(emission_sums[to * 4u + i], emission[i]);
-    ADD(emission_sums[to * 4u + 3u], s.point.is_surface ? 1.0 : 0.0);
-    if (kLightGroups > 0u) add_emission_to_groups(s, seen_row, emission);
+    ADD(emission_sums[to * 4u + 3u], (s.point.is_surface ? 1.0 : 0.0) + seen.w);
+    if (kLightGroups > 0u) add_emission_to_groups(s, seen_row, of_surface);
 
     Components direct = Components(dvec3(0.0), dvec3(0.0)), indirect = direct;
     if (kPaths) s.state = load_state(path);

@@ -1,7 +1,8 @@
 // Finds the lights with a size that scattered rays meet on their way (SHADING.md, Lights with a size). These lights
 // hide nothing, so a ray may meet several. One of them is kept in proportion to its light and stands for all.
 //
-// Variant: HALFLIGHT_FIRST_HIT (rays from the first surface, for which HALFLIGHT_SHADOW_RAYS lights were sampled).
+// Variants: HALFLIGHT_FIRST_HIT (rays from the first surface, for which HALFLIGHT_SHADOW_RAYS lights were sampled),
+// HALFLIGHT_CAMERA (camera rays of all paths, which add the light of all lamps that they meet to the light seen).
 #include "shaders/shared/frame_block.h"
 #include "shaders/shared/light.h"
 #include "shaders/shared/path_state.h"
@@ -16,12 +17,18 @@ uniform usamplerBuffer list;    // R32UI: path indices
 uniform usamplerBuffer header;  // RGBA32UI: ListHeader
 #include "shaders/lib/hit_texels.glsl"
 #include "shaders/lib/ray_texels.glsl"
-layout(std430) readonly buffer States { PathState states[]; };
-layout(std430) readonly buffer Receivers { Receiver receivers[]; };  // origins of the rays
-layout(std430) writeonly buffer MetLamps { MetLamp met_lamps[]; };
+OPTIONAL(!HALFLIGHT_CAMERA) layout(std430) readonly buffer States { PathState states[]; };
+OPTIONAL(!HALFLIGHT_CAMERA) layout(std430) readonly buffer Receivers { Receiver receivers[]; };  // origins of the rays
+OPTIONAL(!HALFLIGHT_CAMERA) layout(std430) writeonly buffer MetLamps { MetLamp met_lamps[]; };
+OPTIONAL(HALFLIGHT_CAMERA) layout(std430) buffer LightSeen { vec4 light_seen[]; };  // SampleInputs::lamps
 uniform samplerBuffer media;  // RGBA32F: media of the rays (medium_towards())
 
-uniform uint depth;  // number of the vertex that the rays leave
+uniform uint depth;    // number of the vertex that the rays leave
+uniform float weight;  // weight of a camera ray in the mean
+uniform bool begins;   // true: the mean is empty so far
+
+const bool kCamera = HALFLIGHT_CAMERA != 0;
+const bool kCatchers = HALFLIGHT_CATCHERS != 0;
 
 #include "shaders/lib/dimensions.glsl"
 #include "shaders/lib/finite.glsl"
@@ -34,12 +41,15 @@ struct Search {
     Receiver from;
     vec3 direction;    // unit
     float limit;       // distance of what the ray hits
+    float nearest;     // distances of lamps that a camera shows
+    float farthest;
     float pdf;         // PathState::pdf
     vec3 throughput;
     vec4 medium;
     float number;      // uniform in [0, 1); each choice leaves another one
     float sum;         // sum of the light met so far, by its largest channel
     MetLamp kept;
+    uint seen;         // first row of light_seen
 };
 
 SizedLight light_of_row(Search ray, int row) {
@@ -56,6 +66,7 @@ float distance_to(Search ray, SizedLight light, bool is_disc) {
     bool inside = light.spread == 2.0;
     bool meets = light.spread > 0.0 && (inside || (cosine > 0.0 && squared_sine < bound));
     float way = is_disc ? infinity() : distance_to_ball(light, cosine, squared_sine);
+    if (kCamera && !is_disc) meets = meets && way >= ray.nearest && way <= ray.farthest;
     return meets && way >= 0.0 && (is_disc ? isinf(ray.limit) : way < ray.limit) ? way : -1.0;
 }
 
@@ -70,6 +81,11 @@ void meet(inout Search ray, uint number, float way, float probability, float fac
     if (kSpotLights || kLightProfiles) {
         uint kind = light_kind(word_of_float(texelFetch(scene_lights, row).w));
         radiance *= angular_falloff(row, kind, -ray.direction);
+    }
+    if (kCamera) {
+        ray.kept.light += radiance;
+        if (kLightGroups > 0u) light_seen[ray.seen + 1u + group].rgb += weight * radiance;
+        return;
     }
     if (kVolume) radiance *= transmittance(ray.medium, isinf(way) ? endless_way(ray.medium) : way);
     vec3 more = ray.throughput * radiance *
@@ -125,11 +141,13 @@ bool meet_lamps_of_tree(inout Search ray, float factor) {
                     int first = kLightTreeHeaderTexels + int(node) * kLightTreeWidth;
                     uint links = (texelFetch(light_tree, first).w & kLightTreeLinkMask) +
                                  ((texelFetch(light_tree, first + 1).w & kLightTreeLinkMask) << kLightTreeLinkBits);
+                    uvec4 sized = texelFetch(light_tree, int(names + 2u * node + 1u));  // of inner nodes
                     for (uint k = 0u; k < uint(kLightTreeWidth); ++k) {
                         uvec4 child_texel = texelFetch(light_tree, first + int(k));
                         if (child_texel.w == kLightTreeNone) continue;
                         LightNode child = light_child(child_texel, ball);
                         bool is_leaf = (child_texel.w & kLightTreeLeaf) != 0u;
+                        if (!is_leaf && sized[k] == 0u) continue;
                         uint pair = (child_texel.w & kLightTreePair) != 0u ? 4u : 0u;
                         balls[waiting] = vec4(child.centre, child.radius);
                         nodes[waiting++] = is_leaf ? 0x80000000u | (node << 3) | pair | k : (links + k) << 3;
@@ -139,8 +157,10 @@ bool meet_lamps_of_tree(inout Search ray, float factor) {
         }
         if (way >= 0.0) {
             vec4 head = texelFetch(scene_lights, row);
-            float gain = light_tree_gain(light_way(ray.from, true, light_trail(word_of_float(head.w)), 0u),
-                                         environment_share(ray.from));
+            float gain = 1.0;
+            if (!kCamera)
+                gain = light_tree_gain(light_way(ray.from, true, light_trail(word_of_float(head.w)), 0u),
+                                       environment_share(ray.from));
             meet(ray, light, way, texelFetch(scene_lights, row + 3).w * gain, factor);
         }
     }
@@ -149,8 +169,9 @@ bool meet_lamps_of_tree(inout Search ray, float factor) {
 
 // Meets all lights with a size that the ray may meet.
 void find_lights(inout Search ray, uint path) {
-    ray.number = sample_1d(path_sampler(frame, path),
-                         vertex_dimension(depth, kDimensionRoulette) + kDimensionsOfSizes);
+    if (!kCamera)
+        ray.number = sample_1d(path_sampler(frame, path),
+                               vertex_dimension(depth, kDimensionRoulette) + kDimensionsOfSizes);
     const float factor = HALFLIGHT_FIRST_HIT != 0 ? float(HALFLIGHT_SHADOW_RAYS) : 1.0;  // event_of() has the same factor
     uint lights = uint(light_texels() / kLightStride);
     if (kSun && kSizedSuns) {
@@ -181,7 +202,36 @@ void find_lights(inout Search ray, uint path) {
     if (!finished) ray.sum = not_a_number();
 }
 
+// Adds the lamps that the camera ray of a path meets to the light seen. Their alpha is 1 in front of nothing.
+void add_to_light_seen(uint path) {
+    const uint rows = 1u + kLightGroups;
+    Ray ray = load_ray(path);
+    Hit hit = load_hit(path);
+    bool is_miss = hit.triangle == kMiss;
+    Search s;
+    s.from = receiver_at(ray.origin, vec3(0.0), 0u);  // class 0 is in all links
+    s.direction = ray.direction;
+    s.pdf = 0.0;
+    s.limit = is_miss ? infinity() : finite(hit.t) ? hit.t : 0.0;
+    if (ray.t_max < 0.0) s.limit = -1.0;  // a dead ray
+    s.nearest = ray.t_min;
+    s.farthest = ray.t_max;
+    s.sum = 0.0;
+    s.kept = MetLamp(vec3(0.0), 0.0, 0.0, 0u, 0u, 0u);
+    s.seen = path * rows;
+    for (uint i = 0u; i < (begins ? rows : 0u); ++i) light_seen[s.seen + i] = vec4(0.0);
+    find_lights(s, path);
+    bool nothing = is_miss;
+    if (kCatchers) nothing = nothing || catches_shadows(is_miss ? 0u : hit.triangle);
+    bool shines = s.kept.light != vec3(0.0);
+    light_seen[s.seen] += weight * vec4(s.kept.light + s.sum, nothing && shines ? 1.0 : 0.0);
+}
+
 void main() {
+    if (kCamera) {
+        add_to_light_seen(gl_GlobalInvocationID.x);
+        return;
+    }
     uint entry = gl_GlobalInvocationID.x;
     if (entry >= texelFetch(header, 0).w) return;
     uint path = texelFetch(list, int(entry)).x;

@@ -150,6 +150,7 @@ std::string settings_line(const FrameRenderer& renderer, const RenderStats& stat
     if (s.backfaces != Backfaces::automatic) line += fmt::format(", back faces {}", name(s.backfaces));
     if (s.camera.optics.traced()) line += ", " + text(s.camera.optics);
     if (s.transparent) line += ", transparent";
+    if (s.show_lamps) line += ", lamps shown";
     if (s.adaptive) line += ", adaptive";
     if (s.preview.any()) line += fmt::format(", preview {}", text(s.preview));
     if (!s.camera.name.empty()) line += fmt::format(", camera {}", s.camera.name);
@@ -235,6 +236,7 @@ Json run_statistics(const FrameRenderer& renderer, const RenderStats& stats, con
           {"height", s.height},
           {"data_window", {data_window(s).first.x, data_window(s).first.y, data_window(s).end.x, data_window(s).end.y}},
           {"transparent", s.transparent},
+          {"show_lamps", s.show_lamps},
           {"camera", s.camera.name},
           {"bounces", bounces_of(s)},
           {"exposure", s.want_view ? Json(s.view.stops()) : Json()},

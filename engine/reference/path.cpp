@@ -191,6 +191,7 @@ class Path {
     dvec3 share_that_arrives(const Surface& surface, const Medium& medium, const LightSample& light);
     bool follow(ReferenceRay ray, Surface& surface, const Bsdf::Sample& sample);
     void add_lamps(const dvec3& from, const Bsdf::Sample& sample, const SolidPanes& solids, double begin, double end);
+    void add_shown_lamps(const ReferenceRay& ray, double end);
     double surface_weight(const Bsdf::Sample& sample, double light_pdf, const LightLinks& links) const;
     bool lit_by(const LightLinks& links) const;
     AlphaTest alpha() { return {random_.bits()}; }
@@ -329,18 +330,31 @@ void Path::arrive(Surface& surface, double distance) {
     throughput_ *= medium_.transmittance(distance);
 }
 
+/// Adds the lights with a size that a camera ray meets up to a distance.
+void Path::add_shown_lamps(const ReferenceRay& ray, double end) {
+    const double unit = length(ray.direction);
+    for (const MetLight& light : scene_.lights.met(ray.origin, ray.direction / unit, ray.t_min * unit, end)) {
+        if (!std::isinf(light.distance) && light.distance > ray.t_max * unit) continue;
+        result_.radiance.emission += light.radiance;
+        result_.covered = result_.covered || light.radiance != dvec3(0);
+    }
+}
+
 PathResult Path::trace(const ReferenceRay& camera_ray) {
     const EnvironmentLight& environment = scene_.lights.environment();
     const dvec3 view = normalize(camera_ray.direction);
     const std::optional<ReferenceHit> hit = scene_.tracer.closest_hit(camera_ray, alpha());
+    const double end = hit ? hit->t * length(camera_ray.direction) : std::numeric_limits<double>::infinity();
     if (!hit) {
         result_.radiance.emission = environment.radiance(view);
+        if (settings_.show_lamps) add_shown_lamps(camera_ray, end);
         return result_;
     }
     result_.covered = true;
     Surface surface = make_surface(scene_.tracer, *hit, -view);
-    arrive(surface, hit->t * length(camera_ray.direction));
+    arrive(surface, end);
     result_.radiance.emission = surface.emitted;
+    if (settings_.show_lamps) add_shown_lamps(camera_ray, end);
 
     if (scene_.disperses) channel_ = static_cast<int>(3 * random_.uniform());
     for (bounce_ = 1; bounce_ <= settings_.bounces && !surface.unlit; ++bounce_) {

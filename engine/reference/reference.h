@@ -80,7 +80,8 @@ struct ReferenceSettings {
     Camera camera;
     PixelFilter filter{};
     Backfaces backfaces = Backfaces::automatic;
-    int threads = 0;  // maximum number of threads; 0: all cores; the result does not depend on it
+    bool show_lamps = false;  // camera rays see lights with a size
+    int threads = 0;          // maximum number of threads; 0: all cores; the result does not depend on it
     /// `lights_only` ignores light hit by sampled rays if light sampling could have found it. `surfaces_only`
     /// samples no lights, and therefore has no punctual lights.
     ReferenceStrategy strategy = ReferenceStrategy::mis;

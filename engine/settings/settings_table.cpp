@@ -89,6 +89,14 @@ std::vector<Setting> make_table() {
                 .help = "shows no environment behind the scene; alpha is then the share of each pixel that surfaces "
                         "cover",
             }),
+        row([](auto& s) -> auto& { return s.show_lamps; },
+            {
+                .name = "show-lamps",
+                .group = kPicture,
+                .help = "the camera sees lamps that have a radius and suns that have an angle",
+                .saved = true,
+                .memory = true,
+            }),
         row([](auto& s) -> auto& { return s.backfaces; },
             {
                 .name = "backfaces",

@@ -115,6 +115,7 @@ class Builder {
             const uvec4 child = encoded(part.bounds, ball, brightest, links[k] | kind);
             children_[std::size_t{node} * shared::kLightTreeWidth + k] = child;
             if (k < inner) {
+                leaves_[node][1][static_cast<int>(k)] = part.bounds.sized ? 1 : 0;
                 const shared::LightNode bounds = shared::light_child(child, ball);
                 fill(below + k, part, vec4(bounds.centre, bounds.radius), depth + kBitsPerStep, way);
             } else {
@@ -290,6 +291,7 @@ LightBounds united(const LightBounds& a, const LightBounds& b) {
     all.theta_e = std::max(a.theta_e, b.theta_e);
     all.intensity = a.intensity + b.intensity;
     all.two_sided = a.two_sided || b.two_sided;
+    all.sized = a.sized || b.sized;
     if (all.theta_o >= kPi) return all;
     // A two-sided axis counts by its nearer direction.
     const double cosine = glm::dot(all.axis, other.axis);
@@ -339,7 +341,7 @@ std::vector<LightTreeChild> light_tree_children(std::span<const uvec4> rows, std
             return rows[rows[0].w + 2 * std::size_t{node} + which][static_cast<int>(k)];
         };
         const std::uint32_t index = leaf ? light(0) : below + k;
-        found.push_back({shared::light_child(children[k], ball), leaf, index, pair ? light(1) : index});
+        found.push_back({shared::light_child(children[k], ball), leaf, index, pair ? light(1) : index, !leaf && light(1) != 0});
     }
     return found;
 }

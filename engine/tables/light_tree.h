@@ -24,6 +24,7 @@ struct LightBounds {
     double theta_e = kPi / 2;  // radians, [0, pi/2]: bound of the emission angle around a normal
     double intensity = 0;      // cd, > 0: sum of the lights' greatest luminous intensities
     bool two_sided = false;    // lights also emit along the reversed normals
+    bool sized = false;        // some light has a radius
 };
 
 /// Returns the bounds of both. The cone of two opposite directions holds all directions between them.
@@ -47,6 +48,7 @@ struct LightTreeChild {
     bool leaf;
     std::uint32_t index;  // name of the light, or index of the node
     std::uint32_t other;  // second light of a leaf that holds a pair; otherwise equal to `index`
+    bool sized;           // an inner node with lights that have a radius
 };
 /// Returns the children of a node with the bounding ball `ball` (centre, radius); the root's is light_tree_ball().
 std::vector<LightTreeChild> light_tree_children(std::span<const uvec4> rows, std::uint32_t node, const vec4& ball);

@@ -310,7 +310,8 @@ class Builder {
                                     : lit ? lit->angle
                                           : kPi,
                          .theta_e = spot ? double(light.outer_cone) - double(light.inner_cone) : kPi / 2,
-                         .intensity = lit ? intensity * lit->share : intensity});
+                         .intensity = lit ? intensity * lit->share : intensity,
+                         .sized = light.radius > 0});
         }
         double solid_angle =
             light.type == LightType::spot ? 2 * kPi * (1 - std::cos(double(light.outer_cone))) : 4 * kPi;
@@ -420,6 +421,11 @@ class Builder {
                                  : power_[i] * (0.625 / total + 0.25 / (kinds * of_kind[kind_[i]])) + equal;
         }
         if (tree) add_tree(*tree, weights, equal);
+        // Rays look at each of these lights, and drivers end loops of 65535 steps.
+        constexpr std::uint32_t kMostOneByOne = 60000;
+        if (const std::uint32_t alone = tree ? discs_ : balls_ + discs_; alone > kMostOneByOne)
+            throw Error(scene_.name, "{} lights with a size; the limit is {}{}", alone, kMostOneByOne,
+                        tree ? " directional ones" : ", but for lamps with --estimator lights=tree");
         if (tables_.punctual_count > 0) {
             vec4& last = tables_.rows[(tables_.triangle_count + tables_.punctual_count - 1) * shared::kLightStride + 2];
             last.z = shared::float_of_word(tree ? discs_ : balls_ + discs_);

@@ -49,6 +49,10 @@ Accumulated add_accumulate(graph::Graph& graph, const SceneView& view, const Sam
         pass.read(sample.seen, Access::texture_read, {"light_seen", GL_RGBA32F});
         defines.set("HALFLIGHT_SEEN");
     }
+    if (sample.lamps) {
+        pass.read(sample.lamps, Access::texture_read, {"light_seen", GL_RGBA32F});
+        defines.set("HALFLIGHT_LAMPS_SEEN");
+    }
     if (sample.received) {
         pass.read(sample.received, Access::texture_read, {"received", GL_RGBA32F});
         defines.set("HALFLIGHT_REUSE");

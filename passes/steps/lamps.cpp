@@ -29,4 +29,25 @@ void add_met_lamps(graph::Graph& graph, const SceneView& view, const rays::RayBa
     });
 }
 
+graph::BufferHandle add_shown_lamps(graph::Graph& graph, const SceneView& view, const GBuffer& visible,
+                                    graph::BufferHandle seen, float weight) {
+    const bool begins = !seen;
+    if (begins) seen = graph.create_buffer("lamps seen", {view.band.paths() * (1 + view.light_groups) * sizeof(vec4)});
+    graph::Pass pass = graph.add_pass("lamps seen");
+    view.read_frame(pass);
+    pass.read(visible.rays, Access::texture_read, {"rays", GL_RGBA32F});
+    pass.read(visible.hits, Access::texture_read, {"hits", GL_R32UI});
+    seen = pass.write(seen, begins ? Access::storage_write : Access::storage_read_write, "LightSeen");
+    gpu::Defines defines = view.path_defines();
+    defines.set("HALFLIGHT_CAMERA");
+    pass.kernel({"shaders/lamps.comp", defines, view.bind_scene()});
+    pass.execute([=](graph::Resources& r) {
+        const gpu::Program& program = r.kernel();
+        program.set("weight", weight);
+        program.set("begins", begins);
+        program.dispatch(view.band.paths() / 64);
+    });
+    return seen;
+}
+
 }  // namespace halflight

@@ -6,6 +6,7 @@
 
 #include "engine/paging/row_gather.h"
 #include "engine/rays/tracer.h"
+#include "passes/steps/lamps.h"
 #include "passes/surface/raster_window.h"
 #include "shaders/shared/ray_structs.h"
 
@@ -126,23 +127,30 @@ void gather_rows(const SceneView& view, const GBuffer& g, graph::Resources& r) {
     if (view.rows) view.rows->gather(r.buffer(g.hits), view.band.paths());
 }
 
-void resolve(const SceneView& view, GBuffer& g, const GBufferOutputs& outputs, graph::Graph& graph) {
+/// Declares that a pass of resolve.comp stores rays and hits of rasterized visibility.
+void store(graph::Graph& graph, graph::Pass& pass, const SceneView& view, GBuffer& g, const GBufferOutputs& outputs,
+           gpu::Defines& defines) {
+    if (!g.visibility) return;
     const std::size_t paths = view.band.paths();
-    const bool traced = !g.visibility;
-    graph::Pass pass = graph.add_pass("gbuffer: resolve");
-    view.read_frame(pass);
-    gpu::Defines defines = view.camera_defines(view.shading_defines());
-    read_hits(pass, view, g, defines);
-    if (outputs.rays && !traced) {
+    if (outputs.rays) {
         g.rays = pass.write(graph.create_buffer("primary rays", {paths * sizeof(shared::Ray)}), Access::storage_write,
                             "Rays");
         defines.set("HALFLIGHT_STORE_RAYS");
     }
-    if (outputs.hits && !traced) {
+    if (outputs.hits) {
         g.hits = pass.write(graph.create_buffer("primary hits", {paths * sizeof(shared::Hit)}), Access::storage_write,
                             "Hits");
         defines.set("HALFLIGHT_STORE_HITS");
     }
+}
+
+void resolve(const SceneView& view, GBuffer& g, const GBufferOutputs& outputs, graph::Graph& graph) {
+    const std::size_t paths = view.band.paths();
+    graph::Pass pass = graph.add_pass("gbuffer: resolve");
+    view.read_frame(pass);
+    gpu::Defines defines = view.camera_defines(view.shading_defines());
+    read_hits(pass, view, g, defines);
+    store(graph, pass, view, g, outputs, defines);
     g.surfaces = pass.write(graph.create_buffer("primary surfaces", {paths * view.scene.surface_record_bytes()}),
                             Access::storage_write, "Surfaces");
     pass.kernel({"shaders/resolve.comp", defines, view.bind_hits()});
@@ -163,14 +171,15 @@ GBuffer add_gbuffer(graph::Graph& graph, const SceneView& view, const GBufferOut
 }
 
 graph::BufferHandle add_seen(graph::Graph& graph, const SceneView& view,
-                             const std::vector<graph::BufferHandle>& frame_constants, PrimaryVisibility primary) {
+                             const std::vector<graph::BufferHandle>& frame_constants, PrimaryVisibility primary,
+                             bool lamps) {
     const std::size_t paths = view.band.paths();
     graph::BufferHandle seen = graph.create_buffer("light seen", {paths * (1 + view.light_groups) * sizeof(vec4)});
     std::uint32_t number = 0;
     for (const graph::BufferHandle& constants : frame_constants) {
         SceneView through = view;
         through.frame_constants = constants;
-        const GBuffer g = visible(graph, through, primary, ++number);
+        GBuffer g = visible(graph, through, primary, ++number);
         const bool first = constants == frame_constants.front();
         graph::Pass pass = graph.add_pass("gbuffer: light seen");
         pass.read(constants, Access::uniform_read, "FrameBlock");
@@ -178,6 +187,7 @@ graph::BufferHandle add_seen(graph::Graph& graph, const SceneView& view,
         defines.set("HALFLIGHT_SEEN");
         if (view.light_groups > 0 && view.rows) defines.set("HALFLIGHT_SORTED_EMITTERS");
         read_hits(pass, view, g, defines);
+        store(graph, pass, view, g, {.rays = lamps, .hits = lamps}, defines);
         seen = pass.write(seen, first ? Access::storage_write : Access::storage_read_write, "LightSeen");
         const float weight = 1.0f / static_cast<float>(frame_constants.size());
         pass.kernel({"shaders/resolve.comp", defines, view.bind_hits()});
@@ -188,6 +198,7 @@ graph::BufferHandle add_seen(graph::Graph& graph, const SceneView& view,
             program.set("begins", first);
             view.shade(program, [&] { program.dispatch(static_cast<std::uint32_t>(paths / 64)); });
         });
+        if (lamps) seen = add_shown_lamps(graph, through, g, seen, weight);
     }
     return seen;
 }

@@ -8,7 +8,8 @@
 //   an unused texel
 //   per node, the root first: kLightTreeWidth texels, one per child (64 bytes, a line of most caches)
 //   per node, from LightTreeHeader::names on: two texels. The first holds the lights of children that are leaves, the
-//       second the other lights of pairs. Each light of a pair has half of the leaf's probability.
+//       second the other lights of pairs. Each light of a pair has half of the leaf's probability. Of a child that is
+//       an inner node, the second texel has 1 if some light below it has a radius, else 0.
 //
 // A texel describes child k of a node with the ball (c, r). Values are rounded so that the lights stay inside, like in
 // pbrt-v4's CompactLightBounds (12.6.3), here inside the ball:

@@ -173,6 +173,35 @@ TEST_F(ViewEdit, HandlesMoveTheSelectedNode) {
     expect_error("select node:1\ndrag 1 1 9 9\n", 2, "handle");
 }
 
+/// The square beside a lamp gives it a radius, which the saved file and the option have, too.
+TEST_F(ViewEdit, HandlesPullOutTheSizeOfALamp) {
+    hang_lamp();
+    show(R"(
+        key H
+        select light:bulb
+        drag 225 138 245 158
+        lamps on
+        window @window.png
+        key H
+        wait samples 2
+        screenshot @sized.exr
+        save
+        undo
+        undo
+        wait samples 2
+        screenshot @undone.exr
+    )",
+         {"--quiet"});
+    const double radius = json_file(settings()).at("lights").at("bulb").at("radius");
+    EXPECT_GT(radius, 0.4);
+    EXPECT_LT(radius, 0.8);
+    EXPECT_TRUE(same_bits(exr("sized.exr"), render("render.exr", "--settings", settings())));
+    EXPECT_TRUE(same_bits(exr("sized.exr"),
+                          render("render.exr", "--show-lamps --light", fmt::format("bulb=radius:{}", radius))));
+    EXPECT_TRUE(same_bits(exr("undone.exr"), render("render.exr")));
+    EXPECT_FALSE(same_bits(exr("sized.exr"), exr("undone.exr")));
+}
+
 /// The viewer asks before it ends with edits that are not saved. Enter saves them.
 TEST_F(ViewEdit, UnsavedEditsAreAskedAbout) {
     if (run({"sh", "-c", "command -v xdotool"}).status != 0) GTEST_SKIP() << "Debian's package xdotool is missing";

@@ -57,6 +57,21 @@ TEST_F(RealInput, EditsAreRepeatedPastAnEnvironment) {
     EXPECT_EQ(state["exposure"], 0.25) << "an environment loads for a while after the first Ctrl-Y";
 }
 
+TEST_F(RealInput, ALampsSizeIsPulledOutWithTheMouse) {
+    hang_lamp();
+    input_state(fmt::format(R"(
+        xdotool mousemove 121 137 sleep 0.3 mousedown 1 sleep 0.3
+        xdotool mousemove 128 143 sleep 0.3 mousemove 135 150 sleep 0.3 mouseup 1 sleep 0.3
+        xdotool key ctrl+s sleep 1
+        cp {} {}
+        xdotool key ctrl+z sleep 0.5 key ctrl+s sleep 1)",
+                            settings(), file("pulled.json")),
+                "wait samples 1\nwindow @window.png", "key H\nselect light:bulb\n");
+    EXPECT_GT(json("pulled.json").at("lights").at("bulb").at("radius"), 0.5);
+    EXPECT_FALSE(json_file(settings()).contains("lights")) << "the whole drag is one edit";
+    EXPECT_EQ(json("state.json")["camera"], json("ready.json")["camera"]);
+}
+
 TEST_F(RealInput, SavesInAnotherFile) {
     write_text(folder / "kept.json", "kept");
     input_state(fmt::format(R"(

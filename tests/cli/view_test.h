@@ -69,6 +69,16 @@ class ViewTest : public CommandTest {
                            fmt::format("--width {} --height {} --samples 2", size.x, size.y).c_str()));
         return name.ends_with(".exr") ? exr(name) : Image();
     }
+    /// Hangs a lamp without a size 1 m to the right of the room's middle.
+    void hang_lamp() const {
+        nlohmann::json file = json_file(scene);
+        file["extensionsUsed"] = {"KHR_lights_punctual"};
+        file["extensions"]["KHR_lights_punctual"]["lights"] = {{{"name", "bulb"}, {"type", "point"}}};
+        file["nodes"].push_back(
+            {{"translation", {1, 1, 0}}, {"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
+        file["scenes"][0]["nodes"].push_back(file["nodes"].size() - 1);
+        write_text(scene, file.dump());
+    }
     std::string settings() const { return scene + ".halflight.json"; }
     Image png(const std::string& name) const { return read_png(file(name), read_text(file(name)), 4096); }
     Image exr(const std::string& name) const { return read_exr(file(name)).image({"R", "G", "B", "A"}); }

@@ -494,6 +494,55 @@ TEST_F(Light, SizesOfLampsChangeNoIrradiance) {
     }
 }
 
+TEST_F(Light, LampsThatTheCameraSees) {
+    // The disc of a lamp or sun in the middle of a square view, of which it covers pi tan^2(half angle).
+    const auto expect_disc = [&](const std::string& name, const Scene& scene, double sine, double radiance) {
+        const double radius = std::tan(std::asin(sine)), view = 5 * radius;
+        const dvec3 eye = scene.cameras[0].camera_to_world[3];
+        RenderSettings settings = small_settings(
+            look_at_camera(eye, eye - dvec3(0, 0, 1), {0, 1, 0}, 2 * std::atan(view / 2)), 64, 64, 64, 0);
+        settings.show_lamps = true;
+        // Directions of floats are 6e-8 apart.
+        expect_mean(name, mean_of(picture(scene, settings)), radiance * kPi * radius * radius / (view * view),
+                    2e-3 + 2.4e-7 / sine, "2/1000 for even samples, and roundings of directions");
+    };
+    for (const double away : {1e-3, 1.0, 1e6})
+        for (const double sine : {1e-5, 1e-3, 0.1, 0.9}) {
+            Scene scene = floor();
+            const int lamp = add_lamp(scene, LightType::point, {0, 1, -away}, static_cast<float>(away * away));
+            scene.lights[static_cast<std::size_t>(lamp)].radius = static_cast<float>(away * sine);
+            scene.cameras = {look_at_camera({0, 1, 0}, {0, 1, -1}, {0, 1, 0}, 1)};
+            const std::string name = fmt::format("lamp of {:.0e} m in {:.0e} m that is seen", away * sine, away);
+            expect_disc(name, scene, sine, 1 / (kPi * sine * sine));
+            if (away == 1)
+                expect_disc(name + ", 10^6 m from the origin", moved(scene, {1e6, -3e5, 2e6}), sine,
+                            1 / (kPi * sine * sine));
+        }
+    for (const double sine : {1e-5, 0.004625, 0.9}) {
+        Scene scene = floor();
+        scene.lights[static_cast<std::size_t>(add_lamp(scene, LightType::directional, dvec3(0), 1))].angle =
+            static_cast<float>(2 * std::asin(sine));
+        scene.lights[0].direction = {0, 0, 1};
+        scene.cameras = {look_at_camera({0, 1, 0}, {0, 1, -1}, {0, 1, 0}, 1)};
+        expect_disc(fmt::format("sun of sine {:.0e} that is seen", sine), scene, sine, 1 / (kPi * sine * sine));
+    }
+    // A wall through the middle of a lamp covers a half of it, and its mirror image in a mirror is as bright.
+    Scene half;
+    add_quad(half, add_material(half, light_material(vec3(0))), {-9, -9, -1}, {9, 0, 0}, {0, 18, 0});
+    half.lights[static_cast<std::size_t>(add_lamp(half, LightType::point, {0, 0, -1}, 1))].radius = 0.1f;
+    RenderSettings settings =
+        small_settings(look_at_camera({0, 0, 0}, {0, 0, -1}, {0, 1, 0}, 2 * std::atan(0.2)), 64, 64, 64, 0);
+    settings.show_lamps = true;
+    // The half that is behind the wall's plane is hidden by the front half, whose outline lies before the plane.
+    const double radius = std::tan(std::asin(0.1));
+    expect_mean("lamp half in a wall", mean_of(picture(half, settings)),
+                1 / (kPi * 0.01) * kPi * radius * radius / 0.16, 2e-3, "2/1000 for even samples");
+    half.lights[0].position.z = -1.2;
+    expect_mean("lamp behind a wall's edge", mean_of(picture(half, settings)),
+                0.5 / (kPi * 0.01) * kPi * std::pow(std::tan(std::asin(0.1 / 1.2)), 2) / 0.16, 2e-3,
+                "2/1000 for even samples");
+}
+
 TEST_F(Light, ProfilesOfAllIntensitiesAndDistances) {
     IesFile beam{.vertical = {0, 10, 10.01, 180}, .horizontal = {0}};
     for (const double height : {1e-3, 1.0, 1e4})

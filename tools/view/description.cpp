@@ -87,6 +87,7 @@ std::string Session::description() const {
     count(edits.catchers.size(), "name", "catching shadows");
     count(edits.light_links.size() + edits.shadow_links.size(), "light link", "in use");
     if (modes.preview.any()) words.push_back(fmt::format("preview {}", text(modes.preview)));
+    if (modes.show_lamps) words.emplace_back("lamps shown");
     if (modes.denoise) words.emplace_back("denoised");
     if (modes.clamp > 0) words.push_back(fmt::format("clamped to {:g}", modes.clamp));
     words.push_back(fmt::format("{} bounce{}", bounces, bounces == 1 ? "" : "s"));

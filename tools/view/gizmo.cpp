@@ -19,7 +19,10 @@ constexpr double kLeastScale = 1e-6;  // least factor of a scale
 constexpr int kRingSteps = 64;        // lines of a ring
 constexpr double kShort = 0.25;       // length below which a handle is not shown, lengths of handles
 constexpr double kLeastFactor = 0.01, kMostFactor = 100;  // factors on a scale by one drag
-constexpr double kEdgeOn = 0.08;  // cosine of the angle below which a ring counts as seen from the side
+constexpr double kKnob = 0.05;      // half size of the square that changes a light's size, lengths of handles
+constexpr double kKnobAway = 0.28;  // its distance from the outline of the light, lengths of handles
+constexpr double kWidest = 180;     // angle of a light whose square is a length away, degrees
+constexpr double kEdgeOn = 0.08;    // cosine of the angle below which a ring counts as seen from the side
 
 NodeEdit own_edit(const SceneEdits& edits, const std::string& name) {
     const auto found = std::ranges::find(edits.nodes, name, &NamedEdit<NodeEdit>::name);
@@ -37,6 +40,22 @@ dmat3 linear(const NodeEdit& edit) {
     dmat3 m = rotation(2, edit.rotate.z) * rotation(1, edit.rotate.y) * rotation(0, edit.rotate.x);
     for (int i = 0; i < 3; ++i) m[i] *= edit.scale[i];
     return m;
+}
+
+/// Adds a square about a pixel.
+void add_square(const dvec2& middle, double half, std::vector<PictureLine>& lines) {
+    const dvec2 corners[] = {{-half, -half}, {half, -half}, {half, half}, {-half, half}};
+    for (int i = 0; i < 4; ++i) lines.push_back({middle + corners[i], middle + corners[(i + 1) % 4]});
+}
+
+/// Returns the points of a circle about `centre` with the perpendicular radii `u` and `v`; the last one is the first.
+std::vector<dvec3> circle(const dvec3& centre, const dvec3& u, const dvec3& v) {
+    std::vector<dvec3> points;
+    for (int i = 0; i <= kRingSteps; ++i) {
+        const double angle = 2 * kPi * i / kRingSteps;
+        points.push_back(centre + std::cos(angle) * u + std::sin(angle) * v);
+    }
+    return points;
 }
 
 double distance(const dvec2& p, const PictureLine& line) {
@@ -101,7 +120,85 @@ bool Gizmo::can_move(const Session& session) {
     return moving.axes(session).has_value();
 }
 
+std::optional<Gizmo::LightSize> Gizmo::light_size(const Session& session, const ivec2& size, double length) {
+    if (session.selection.kind != ObjectKind::light) return std::nullopt;
+    const PunctualLight light = session.edited_values().lights.at(session.selection.index);
+    if (row_of(light.type).has_position) return LightSize{false, double{light.radius}, light.position};
+    // The cone stands on the point about which the camera turns, which is in the picture.
+    const dmat4& camera = session.camera().camera_to_world;
+    LightSize s{true, glm::degrees(double{light.angle}), session.pose().at};
+    const auto scale = Projection(session.camera(), size).pixels_per_unit(s.place);
+    if (!scale) return std::nullopt;
+    const dvec3 towards = -glm::normalize(dvec3(light.direction));
+    s.axis = length / *scale * towards;
+    const dvec3 ahead = session.camera().orthographic ? -dvec3(camera[2]) : glm::normalize(s.place - dvec3(camera[3]));
+    s.across = glm::cross(towards, ahead);
+    if (!(glm::length(s.across) > kEdgeOn)) s.across = glm::cross(towards, dvec3(camera[1]));
+    s.across *= (glm::dot(s.across, dvec3(camera[0])) < 0 ? -1 : 1) * glm::length(s.axis) / glm::length(s.across);
+    return s;
+}
+
+std::optional<Gizmo::Handle> Gizmo::size_handle(const Session& session, const ivec2& size, double length) {
+    const auto s = light_size(session, size, length);
+    const Projection projection(session.camera(), size);
+    const auto middle = s ? projection.pixel(s->place) : std::nullopt;
+    if (!middle) return std::nullopt;
+    Handle handle{kSize, {}};
+    const auto add = [&](const dvec3& from, const dvec3& to) {
+        projection.add_line(projection.to_camera(from), projection.to_camera(to), handle.lines);
+    };
+    std::vector<dvec3> ring;
+    dvec2 knob = *middle + length * kKnobAway * std::sqrt(0.5);
+    if (s->is_cone) {
+        const double half = glm::radians(s->value / 2);
+        const dvec3 other = glm::cross(s->axis, s->across) / glm::length(s->axis);
+        ring = circle(s->place + std::cos(half) * s->axis, std::sin(half) * s->across, std::sin(half) * other);
+        for (int i = 0; i < kRingSteps; i += kRingSteps / 4) add(s->place, ring[static_cast<std::size_t>(i)]);
+        const auto end = projection.pixel(s->place + s->axis + (kKnobAway + std::sqrt(s->value / kWidest)) * s->across);
+        if (end) knob = *end;
+    } else if (s->value > 0) {
+        // The outline of a ball is the circle in which the rays of the camera touch it.
+        const dmat4& camera = session.camera().camera_to_world;
+        const dvec3 back = session.camera().orthographic ? dvec3(camera[2]) : dvec3(camera[3]) - s->place;
+        const double share = session.camera().orthographic ? 0 : s->value / glm::length(back);
+        if (share < 1) {
+            const dvec3 n = glm::normalize(back), u = glm::normalize(glm::cross(dvec3(camera[1]), n));
+            const double radius = s->value * std::sqrt(1 - share * share);
+            ring = circle(s->place + s->value * share * n, radius * u, radius * glm::cross(n, u));
+            if (const auto at = projection.pixel(ring[kRingSteps * 7 / 8])) knob += *at - *middle;
+        }
+    }
+    for (std::size_t i = 1; i < ring.size(); ++i) add(ring[i - 1], ring[i]);
+    add_square(knob, kKnob * length, handle.lines);
+    return handle;
+}
+
+/// Returns the size that a pixel stands for: the radius of the ball that the pixel's ray touches, or the place of the
+/// square of a cone, which is the root of an angle, so that small angles can be set.
+double Gizmo::size_at(const Drag& d, const dvec2& point) {
+    if (d.of_light->is_cone) return along(d, d.of_light->across, point);
+    const Ray ray = ray_through(d.camera, point, d.size);
+    return glm::length(glm::cross(ray.direction, d.of_light->place - ray.origin));
+}
+
+void Gizmo::drag_size(const Drag& d, Session& session, const dvec2& point) {
+    const LightSize& s = *d.of_light;
+    LightEdit& edit = light_edit(session.edits, session.references().lights[d.object.index]);
+    const double start = s.is_cone ? std::sqrt(s.value / kWidest) : s.value;
+    const double now = std::max(start + size_at(d, point) - size_at(d, d.first), 0.0);
+    if (s.is_cone)
+        edit.angle = static_cast<float>(std::min(kWidest * now * now, kEditAngle.upper));
+    else
+        edit.radius = static_cast<float>(std::min(now, kEditRadius.upper));
+}
+
 std::vector<Gizmo::Handle> Gizmo::handles(const Session& session, const ivec2& size, double length) const {
+    std::vector<Handle> all = axis_handles(session, size, length);
+    if (auto of_light = size_handle(session, size, length)) all.push_back(std::move(*of_light));
+    return all;
+}
+
+std::vector<Gizmo::Handle> Gizmo::axis_handles(const Session& session, const ivec2& size, double length) const {
     std::vector<Handle> all;
     const auto a = axes(session);
     if (!a) return all;
@@ -124,19 +221,14 @@ std::vector<Gizmo::Handle> Gizmo::handles(const Session& session, const ivec2& s
             const dvec3 other = std::abs(along.x) < 0.5 * reach ? dvec3(1, 0, 0) : dvec3(0, 1, 0);
             const dvec3 u = reach * glm::normalize(glm::cross(along, other));
             const dvec3 v = glm::cross(glm::normalize(along), u);
-            const auto at = [&](int i) {
-                const double angle = 2 * kPi * i / kRingSteps;
-                return a->origin + std::cos(angle) * u + std::sin(angle) * v;
-            };
-            for (int i = 0; i < kRingSteps; ++i) add(handle.lines, at(i), at(i + 1));
+            const std::vector<dvec3> ring = circle(a->origin, u, v);
+            for (std::size_t i = 1; i < ring.size(); ++i) add(handle.lines, ring[i - 1], ring[i]);
         }
         all.push_back(std::move(handle));
     }
     if (mode == GizmoMode::rotate) return all;
-    const double half = kMiddle * length;
-    const dvec2 corners[] = {{-half, -half}, {half, -half}, {half, half}, {-half, half}};
     Handle square{kAll, {}};
-    for (int i = 0; i < 4; ++i) square.lines.push_back({*middle + corners[i], *middle + corners[(i + 1) % 4]});
+    add_square(*middle, kMiddle * length, square.lines);
     all.push_back(std::move(square));
     return all;
 }
@@ -194,7 +286,9 @@ double Gizmo::turn(const Drag& d, const dvec2& from, const dvec2& to) {
 }
 
 void Gizmo::begin(const Session& session, const ivec2& size, double length, int axis, const dvec2& point) {
-    const auto at = axes(session);
+    const auto of_light = axis == kSize ? light_size(session, size, length) : std::nullopt;
+    const std::optional<Axes> at =
+        of_light ? Axes{.origin = of_light->place + of_light->axis, .axes = {}, .is_light = true} : axes(session);
     if (!at) return;
     drag_ = Drag{.axis = axis,
                  .object = session.selection,
@@ -204,13 +298,18 @@ void Gizmo::begin(const Session& session, const ivec2& size, double length, int 
                  .length = length,
                  .position = at->origin,
                  .first = point,
-                 .last = point};
+                 .last = point,
+                 .of_light = of_light};
     if (!at->is_light) drag_->node = own_edit(session.edits, session.references().nodes[session.selection.index]);
 }
 
 void Gizmo::drag(Session& session, const dvec2& point) {
     if (!drag_ || session.selection != drag_->object || point == drag_->last) return;
     Drag& d = *drag_;
+    if (d.of_light) {
+        d.last = point;
+        return drag_size(d, session, point);
+    }
     NodeEdit edit = d.node;
     dvec3 moved(0);  // translation since the start
     if (mode == GizmoMode::move && d.axis == kAll) {

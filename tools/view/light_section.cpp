@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "engine/settings/settings_table.h"
 #include "tools/view/inspector.h"
 #include "tools/view/widgets.h"
 
@@ -74,7 +75,10 @@ void light_section(PanelContext& c) {
     }
     checkbox("Clay", edits.clay, "gives all surfaces one grey diffuse material");
     heading("Lights");
-    if (scene.lights.empty()) faint_text("The scene has no lights beside environment and emissive surfaces.");
+    if (scene.lights.empty())
+        faint_text("The scene has no lights beside environment and emissive surfaces.");
+    else
+        checkbox("Show lamps", c.session.modes.show_lamps, setting("show-lamps").help);
     ImGui::PushID("lights");
     const Selection& selected = c.session.selection;
     for (std::size_t i = 0; i < scene.lights.size(); ++i) {

@@ -15,7 +15,7 @@ namespace {
 constexpr ImU32 kLine = IM_COL32(255, 160, 32, 255), kBehindLine = IM_COL32(0, 0, 0, 160);
 constexpr ImU32 kLight = IM_COL32(255, 240, 160, 255);
 constexpr ImU32 kAxes[] = {IM_COL32(240, 70, 80, 255), IM_COL32(110, 200, 60, 255), IM_COL32(70, 130, 255, 255),
-                           IM_COL32(235, 235, 235, 255)};
+                           IM_COL32(235, 235, 235, 255), kLight};
 constexpr ImU32 kLit = IM_COL32(255, 230, 60, 255);
 constexpr double kHandle = 90, kHandleReach = 9;  // pixels of the window at scale 1
 
@@ -124,7 +124,7 @@ void ObjectOverlay::draw(const Session& session, const Gizmo& gizmo, const Windo
     for (const Gizmo::Handle& handle : gizmo.handles(session, size, handle_length(picture, size, scale))) {
         const ImU32 color = lit == handle.axis ? kLit : kAxes[handle.axis];
         pen.lines(handle.lines, color, (lit == handle.axis ? 4 : 3) * scale);
-        if (handle.axis != Gizmo::kAll && gizmo.mode != GizmoMode::rotate && !handle.lines.empty())
+        if (handle.axis < Gizmo::kAll && gizmo.mode != GizmoMode::rotate && !handle.lines.empty())
             draw_end(pen, handle, gizmo.mode, color, 12 * scale);
     }
     if (!gizmo.dragging()) return;

@@ -270,6 +270,7 @@ void Viewer::execute(const Command& c) {
         session_.set_denoising(static_cast<Denoising>(known - kNames.begin()));
     }
     if (c.name == "clamp") session_.modes.clamp = static_cast<float>(n(0));
+    if (c.name == "lamps") session_.modes.show_lamps = c.on();
     if (c.name == "backfaces") session_.modes.backfaces = settings_with("backfaces", c.words[0]).backfaces;
     if (c.name == "region") {
         const auto whole = [&](std::size_t i) { return static_cast<int>(n(i)); };

@@ -148,6 +148,7 @@ RenderSettings RendererCache::settings(const Kind& kind) const {
     s.aovs = sampled_aovs();
     s.clamp = request_.modes.clamp;
     s.backfaces = request_.modes.backfaces;
+    s.show_lamps = request_.modes.show_lamps;
     s.preview = request_.modes.preview;
     s.preview.filter = kind.filtered;
     s.denoise = kind.denoised;

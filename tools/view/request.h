@@ -13,12 +13,13 @@
 
 namespace halflight::view {
 
-/// Biased modes that improve pictures of few samples. RenderStats::biases describes their effects.
+/// Biased modes that improve pictures of few samples, whose effects RenderStats::biases describes, and what rays meet.
 struct PreviewModes {
     Preview preview{};  // RenderSettings::preview; from some number of samples on, the picture is a plain mean
     float clamp = 0;    // RenderSettings::clamp
     Backfaces backfaces = Backfaces::automatic;  // RenderSettings::backfaces
     bool denoise = false;  // RenderSettings::denoise of the whole picture; coarse ones are filtered. Excludes `preview`
+    bool show_lamps = false;  // RenderSettings::show_lamps
     bool operator==(const PreviewModes&) const = default;
 };
 

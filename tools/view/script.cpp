@@ -78,6 +78,7 @@ constexpr std::array kForms = {
     Form{"clamp", "n", 0, 1e9},
     Form{"denoise", "t"},
     Form{"backfaces", "t"},
+    Form{"lamps", "o"},
     Form{"culling", "t"},
     Form{"section", "t"},
     Form{"against", "t"},

@@ -55,6 +55,7 @@
 //     denoise NAME             off, preview or always
 //     clamp L                  maximum luminance of a sample of indirect light, biased; 0 for none
 //     backfaces NAME           as for --backfaces
+//     lamps on|off             as for --show-lamps
 //     culling NAME             as for --culling
 //     section NAME             section of the side bar
 //     measure on|off           pass times and culling counters

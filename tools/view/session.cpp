@@ -43,6 +43,7 @@ SavedSettings Session::document(const PreviewArguments& a) const {
     other.settings.clamp = a.settings.clamp;
     other.settings.backfaces = a.settings.backfaces;
     other.settings.denoise = a.settings.denoise;
+    other.settings.show_lamps = a.settings.show_lamps;
     other.bookmarks = a.bookmarks;
     other.variant = a.choice.variant;
     other.environment = a.choice.environment;
@@ -54,8 +55,8 @@ std::optional<std::function<Session::Opened()>> Session::restore(const SavedSett
     transform = document.settings.view;
     samples = document.settings.samples;
     bounces = document.settings.bounces.value_or(bounces);
-    modes = {document.settings.preview, document.settings.clamp, document.settings.backfaces,
-             document.settings.denoise};
+    modes = {document.settings.preview, document.settings.clamp, document.settings.backfaces, document.settings.denoise,
+             document.settings.show_lamps};
     bookmarks = document.bookmarks;
     if (document.variant != arguments_.choice.variant) {
         const EnvironmentChoice before = std::exchange(arguments_.choice.environment, document.environment);
@@ -348,6 +349,7 @@ SavedSettings Session::saved(const ivec2& size) const {
     s.settings.clamp = modes.clamp;
     s.settings.denoise = modes.denoise && samples >= 2;  // `halflight render` needs two samples to denoise, too
     s.settings.backfaces = modes.backfaces;
+    s.settings.show_lamps = modes.show_lamps;
     s.variant = arguments_.choice.variant;
     s.line_width = arguments_.choice.line_width;
     s.environment = arguments_.choice.environment;

@@ -209,6 +209,7 @@ std::function<Session::Opened()> Session::opening(const std::filesystem::path& p
         a.settings.clamp = modes.clamp;
         a.settings.denoise = modes.denoise;
         a.settings.backfaces = modes.backfaces;
+        a.settings.show_lamps = modes.show_lamps;
         return [a, colors = colors_, console = console_]() mutable {
             take_settings(a);
             return load_with_settings(a, colors, console);
@@ -356,7 +357,7 @@ void Session::open(Opened opened) {
     bounces = arguments_.settings.bounces.value_or(default_bounces(*scene_));
     samples = arguments_.settings.samples;
     modes = {arguments_.settings.preview, arguments_.settings.clamp, arguments_.settings.backfaces,
-             arguments_.settings.denoise};
+             arguments_.settings.denoise, arguments_.settings.show_lamps};
     bookmarks = arguments_.bookmarks;
     if (scene_camera_) take_lens(camera());
     with_lens(camera(), transform.camera.lens);  // throws for a lens that cannot be used

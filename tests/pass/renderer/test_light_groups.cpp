@@ -119,6 +119,7 @@ TEST_F(LightGroups, AddUpToThePictureAndLeaveItAsItIs) {
         SCOPED_TRACE(what);
         RenderSettings settings = corner_settings(3);
         settings.estimator = estimator;
+        settings.show_lamps = estimator.lights != LightChoice::automatic;
         settings.primary =
             estimator.lights == LightChoice::power ? PrimaryVisibility::traced : PrimaryVisibility::raster;
         const RenderResult result = rendered(scene, settings);

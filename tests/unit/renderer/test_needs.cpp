@@ -98,6 +98,12 @@ TEST(FrameNeeds, FollowFromTheSettings) {
     EXPECT_FALSE(needs({.runs = 64, .native = true}).tiles);
     EXPECT_TRUE(needs({.runs = 65, .native = true}).tiles);
     EXPECT_TRUE(needs({.culling = rays::Culling::compute, .runs = 4}).tiles);
+    EXPECT_FALSE(needs({.show_lamps = true}).shown_lamps) << "no lamp has a size";
+    SceneNeeds lamps = plain_scene();
+    lamps.sized_suns = true;
+    EXPECT_FALSE(frame_needs(lamps, {}).shown_lamps);
+    const FrameNeeds shown = frame_needs(lamps, {.bounces = 0, .show_lamps = true});
+    EXPECT_TRUE(shown.shown_lamps && shown.camera_rays && shown.camera_hits) << "they are seen without bounces, too";
 }
 
 TEST(FrameNeeds, ChainsNeedMirrorsAndTheDenoiser) {
@@ -121,6 +127,7 @@ TEST(FrameNeeds, EverythingCanBeKept) {
                            .camera_rays = 4,
                            .lens = true,
                            .optics = true,
+                           .show_lamps = true,
                            .preview = {.temporal = true, .filter = true}};
     for (const FramePart& part : frame_needs({}, all).parts())
         EXPECT_NE(bool(part), part.name == std::string("radiance cache")) << part.name;

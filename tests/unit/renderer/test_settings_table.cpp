@@ -23,7 +23,7 @@ RenderSettings unusual() {
     s.texture_lod = true;
     s.crop = PixelWindow{{-3, 4}, {50, 60}};
     s.overscan = 8;
-    s.transparent = true;
+    s.transparent = s.show_lamps = true;
     s.parts = 3;
     s.samples = 7;
     s.time_limit = 1e-3;

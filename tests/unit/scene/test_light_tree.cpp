@@ -36,6 +36,7 @@ std::vector<LightBounds> mixed_lights(int count, std::uint32_t seed, bool square
         b.lower = b.upper = at;
         b.axis = random.direction();
         b.intensity = std::exp(random.in(-6, 6));
+        b.sized = i % 17 == 1;
         if (squares_only || i % 3 == 0) {
             const dvec3 half = glm::abs(random.point(0.3));
             b.lower -= half, b.upper += half;
@@ -119,9 +120,13 @@ void expect_sound(const LightTree& tree, const std::vector<LightBounds>& lights)
         ASSERT_LT(depth, shared::kLightTreeDepth);
         EXPECT_TRUE(child.bounds.intensity >= 0 && child.bounds.intensity <= 1) << child.bounds.intensity;
         const std::uint32_t mask = (4u << depth) - 1;
-        for (std::size_t i = 0; i < lights.size(); ++i)
-            EXPECT_TRUE(((tree.trails[i] ^ way) & mask) != 0 || holds(child.bounds, lights[i]))
-                << i << " at depth " << depth;
+        bool sized = false;
+        for (std::size_t i = 0; i < lights.size(); ++i) {
+            if (((tree.trails[i] ^ way) & mask) != 0) continue;
+            EXPECT_TRUE(holds(child.bounds, lights[i])) << i << " at depth " << depth;
+            sized = sized || lights[i].sized;
+        }
+        EXPECT_EQ(child.sized, sized && !child.leaf) << "at depth " << depth;
         if (!child.leaf) return;
         ++found[child.index];
         EXPECT_EQ(tree.trails[child.index], way);

@@ -16,6 +16,7 @@
 #include "shaders/shared/light.h"
 #include "shaders/shared/light_tree_rows.h"
 #include "shaders/shared/word.h"
+#include "tests/support/error_message.h"
 
 namespace halflight {
 namespace {
@@ -299,6 +300,17 @@ TEST(LightChoice, FewLightsAreAllSampledAndManyByATree) {
         EXPECT_TRUE(lights.environment_warp.empty() || lights.environment_warp[0].z == 1);
     }
     for (const double p : lights_of(bulbs(20, true), uniform).probabilities) EXPECT_NEAR(p, 1 / 21.0, 1e-6);
+}
+
+TEST(LightChoice, RaysLookAtFewLightsOneByOne) {
+    Scene many = bulbs(60001, false);
+    for (PunctualLight& lamp : many.lights) lamp.radius = 0.01f;
+    const auto refused = [&](LightChoice choice) { return error_message([&] { lights_of(many, choice); }); };
+    EXPECT_NE(refused(LightChoice::power).find("60001 lights with a size"), std::string::npos);
+    EXPECT_NE(refused(LightChoice::uniform), "");
+    EXPECT_EQ(refused(LightChoice::tree), "");
+    many.lights.pop_back();
+    EXPECT_EQ(refused(LightChoice::power), "");
 }
 
 TEST(LightChoice, EachLightKeepsItsMinimumProbability) {

@@ -321,6 +321,77 @@ TEST_F(ViewEdits, HandlesChangeTheEditsOfTheCommandLine) {
     EXPECT_THROW(gizmo_mode("turn"), Error);
 }
 
+/// Writes a triangle under a lamp and a sun that shines down, 5 m before a camera.
+std::filesystem::path write_lamp(const TemporaryFolder& folder) {
+    std::string text = test::read_text(write_hand(folder).string());
+    const auto replace = [&](const std::string& from, const std::string& to) {
+        text.replace(text.find(from), from.size(), to);
+    };
+    replace(R"("scene": 0)",
+            R"("scene": 0, "extensionsUsed": ["KHR_lights_punctual"], "extensions": {"KHR_lights_punctual": {"lights": [
+            {"name": "lamp", "type": "point"}, {"name": "sun", "type": "directional"}]}},
+            "cameras": [{"type": "perspective", "perspective": {"yfov": 1, "znear": 0.1}}])");
+    replace(R"("nodes": [0])", R"("nodes": [0, 2, 3, 4])");
+    replace(R"("mesh": 0})", R"("mesh": 0},
+        {"translation": [0.5, 0.5, 0], "extensions": {"KHR_lights_punctual": {"light": 0}}},
+        {"rotation": [-0.7071068, 0, 0, 0.7071068], "extensions": {"KHR_lights_punctual": {"light": 1}}},
+        {"translation": [0, 0, 5], "camera": 0})");
+    test::write_text((folder / "lamp.gltf").string(), text);
+    return folder / "lamp.gltf";
+}
+
+TEST(ViewLights, SizesArePulledOutOfLamps) {
+    constexpr double kLength = 60;
+    const TemporaryFolder folder;
+    Session session(arguments_for(write_lamp(folder)), ColorConfig::load());
+    Gizmo gizmo;
+    const auto lines = [&] { return gizmo.handles(session, kSize, kLength).back().lines; };
+    const auto square = [&] { return 0.5 * ((lines().end() - 4)->at(0) + (lines().end() - 2)->at(0)); };
+    const auto drag = [&](const dvec2& from, const dvec2& to) {
+        EXPECT_EQ(Gizmo::axis_at(gizmo.handles(session, kSize, kLength), from, 9), Gizmo::kSize);
+        gizmo.begin(session, kSize, kLength, Gizmo::kSize, from);
+        gizmo.drag(session, to);
+        gizmo.end(session);
+        return session.edits.lights.empty() ? LightEdit() : session.edits.lights[0].edit;
+    };
+    session.select("light:lamp");
+    ASSERT_EQ(gizmo.handles(session, kSize, kLength).size(), 1u) << "a size can be dragged in every mode";
+    ASSERT_EQ(lines().size(), 4u) << "a lamp of radius 0 has the square alone";
+    const dvec2 middle = *Projection(session.camera(), kSize).pixel({0.5, 0.5, 0});
+    const dvec2 out = glm::normalize(dvec2(1, 1)), start = square();
+    const LightEdit pulled = drag(start, start + 80.0 * out);
+    ASSERT_TRUE(pulled.radius);
+    EXPECT_EQ(pulled, LightEdit{.radius = pulled.radius}) << "one number has changed";
+    const double metres = 80 / *Projection(session.camera(), kSize).pixels_per_unit({0.5, 0.5, 0});
+    EXPECT_NEAR(double(*pulled.radius), metres, 0.05 * metres);
+    EXPECT_LT(glm::length(square() - start - 80.0 * out), 5) << "the square follows the mouse";
+    ASSERT_EQ(lines().size(), 68u);
+    // The ring is the outline of the ball: its rays touch the ball.
+    for (const std::size_t i : {0u, 13u, 40u}) {
+        const Ray ray = ray_through(session.camera(), lines()[i][0], kSize);
+        EXPECT_NEAR(glm::length(glm::cross(ray.direction, dvec3(0.5, 0.5, 0) - ray.origin)), double(*pulled.radius),
+                    1e-6);
+    }
+    const dvec2 ring = lines()[30][0];
+    EXPECT_LT(*drag(ring, 0.5 * (ring + middle)).radius, *pulled.radius);
+    EXPECT_EQ(drag(square(), middle).radius, 0.0f);
+    gizmo.mode = GizmoMode::move;
+    EXPECT_GT(gizmo.handles(session, kSize, kLength).size(), 2u);
+    gizmo.mode = GizmoMode::none;
+
+    session.edits = {};
+    session.select("light:sun");
+    const dvec2 beside = square();
+    const LightEdit wide = drag(beside, beside + dvec2(0.5 * kLength, 0));
+    EXPECT_EQ(wide, LightEdit{.angle = wide.angle});
+    EXPECT_NEAR(double(wide.angle.value_or(0)), 45, 1);
+    EXPECT_LT(glm::length(square() - beside - dvec2(0.5 * kLength, 0)), 2);
+    EXPECT_EQ(drag(square(), square() + dvec2(20 * kLength, 0)).angle, 179.0f);
+    EXPECT_EQ(drag(square(), square() - dvec2(20 * kLength, 0)).angle, 0.0f);
+    EXPECT_NEAR(double(drag(square(), square() + dvec2(0.05 * kLength, 0)).angle.value_or(0)), 0.45, 0.02)
+        << "small angles can be set";
+}
+
 /// Edits of the nodes above turn the axes along which the edit of a node counts, and the handles follow these axes.
 TEST(ViewNodes, FollowThoseAbove) {
     const TemporaryFolder folder;
