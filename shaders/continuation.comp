@@ -210,7 +210,7 @@ void add_met_light(PathVertex v, inout PathState state, inout PathPoint point) {
     vec3 met = v.at.emission * (state.throughput * met_light_weight(state.pdf, density));
     if (kLightLinks) {
         uint link_set = link_set_entry(entry_of_met(v.hit, v.is_hit));
-        bool left_out = !lights_receiver(link_set, from) || (sampled_alone(link_set) && state.pdf > 0.0);
+        bool left_out = !lights_receiver(link_set, from) || (sampled_alone(link_set) && v.ray.t_min == 0.0);
         met = left_out ? vec3(0.0) : met;
     }
     bool is_lamp = kSizedLights && choose_met(v, met);
@@ -404,7 +404,8 @@ void send_ray(PathVertex v, bool goes_on, Bsdf b, BsdfSample s, float pdf) {
     uint place = append_leaving(goes_on);
     if (!goes_on) return;
     leaving[place] = v.path;
-    bool marked = HALFLIGHT_BACKFACES != 0 && v.ray.t_min > 0.0 && pdf == 0.0;
+    const bool kMarks = HALFLIGHT_BACKFACES != 0 || kShadowLinks;
+    bool marked = kMarks && v.ray.t_min > 0.0 && pdf == 0.0;
     path_rays[v.path] = ray_from(v.at.position, v.at.offset, b.geometric_normal, s.direction, marked);
     if (kTextureLevels) cones[v.path] = scattered_cone(cones[v.path], v.distance, s.pdf);
     if (kVolume) media[v.path] = medium_towards(b, v.medium, s.direction);

@@ -44,7 +44,8 @@ void main() {
     if (wanted) {
         states[path] = PathState(s.weight / p, p * s.pdf, vec3(0.0), lobe, vec3(0.0), 0u, vec3(0.0), 0u);
         // The camera sees this ray's hit in a perfect mirror or through clear glass.
-        bool marked = kGlossyRays && HALFLIGHT_BACKFACES != 0 && s.pdf == 0.0;
+        const bool kMarks = HALFLIGHT_BACKFACES != 0 || HALFLIGHT_SHADOW_LINKS != 0;
+        bool marked = kGlossyRays && kMarks && s.pdf == 0.0;
         path_rays[path] = ray_from(point.position, point.offset, b.geometric_normal, s.direction, marked);
         list[place] = path;
         if (kTextureLevels)

@@ -44,6 +44,7 @@ struct Search {
     float nearest;     // distances of lamps that a camera shows
     float farthest;
     float pdf;         // PathState::pdf
+    bool sees;         // the path has met perfect mirrors and clear glass alone; set with shadow links
     vec3 throughput;
     vec4 medium;
     float number;      // uniform in [0, 1); each choice leaves another one
@@ -74,7 +75,7 @@ float distance_to(Search ray, SizedLight light, bool is_disc) {
 void meet(inout Search ray, uint number, float way, float probability, float factor) {
     int row = int(number) * kLightStride;
     uint link_set = link_set_entry(entry_of_light(number));
-    if (!lights_receiver(link_set, ray.from) || (sampled_alone(link_set) && ray.pdf > 0.0)) return;
+    if (!lights_receiver(link_set, ray.from) || (sampled_alone(link_set) && !ray.sees)) return;
     uint group = kLightGroups > 0u ? group_of_light(number) : 0u;
     SizedLight light = light_of_row(ray, row);
     vec3 radiance = texelFetch(scene_lights, row + 3).rgb * light.radiance;
@@ -211,7 +212,7 @@ void add_to_light_seen(uint path) {
     Search s;
     s.from = receiver_at(ray.origin, vec3(0.0), 0u);  // class 0 is in all links
     s.direction = ray.direction;
-    s.pdf = 0.0;
+    s.sees = true;
     s.limit = is_miss ? infinity() : finite(hit.t) ? hit.t : 0.0;
     if (ray.t_max < 0.0) s.limit = -1.0;  // a dead ray
     s.nearest = ray.t_min;
@@ -243,6 +244,7 @@ void main() {
     s.direction = normalize(ray.direction);
     s.limit = is_miss ? infinity() : finite(hit.t) ? hit.t * length(ray.direction) : 0.0;
     s.pdf = states[path].pdf;
+    s.sees = ray.t_min > 0.0;  // first_scatter.glsl
     s.throughput = states[path].throughput;
     if (kVolume) s.medium = texelFetch(media, int(path));
     s.sum = 0.0;

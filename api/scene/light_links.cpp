@@ -39,11 +39,11 @@ class Finder {
             if (is_ground && std::ranges::none_of(kinds, has_name)) continue;
             const auto found = find_among(kinds, name, where);
             const std::set<std::size_t> nodes(found[0].begin(), found[0].end());
+            std::vector<bool> meshes(scene_.meshes.size());
+            for (const std::size_t mesh : found[1]) meshes[mesh] = true;
             bool any = is_ground;
             for (std::size_t i = 0; i < scene_.instances.size(); ++i) {
-                if (std::ranges::find(found[1], std::size_t(scene_.instances[i].mesh)) == found[1].end() &&
-                    !at_or_above(nodes_[i], nodes))
-                    continue;
+                if (!meshes[std::size_t(scene_.instances[i].mesh)] && !at_or_above(nodes_[i], nodes)) continue;
                 has[i] = adds;
                 any = true;
             }

@@ -315,7 +315,7 @@ bool Path::lit_by(const LightLinks& links) const {
 /// that this light passes stop sampled rays, so light samples alone count then.
 double Path::surface_weight(const Bsdf::Sample& sample, double light_pdf, const LightLinks& links) const {
     if (!lit_by(links)) return 0;
-    if (links.blockers != LightLinks().blockers && !sample.mirror) return 0;
+    if (links.blockers != LightLinks().blockers && !sees_) return 0;
     if (sample.mirror || !(light_pdf > 0) || settings_.strategy == ReferenceStrategy::surfaces_only) return 1;
     if (settings_.strategy == ReferenceStrategy::lights_only) return 0;
     return power_heuristic(sample.pdf, light_pdf);

@@ -91,7 +91,8 @@ void size_of_light(const PunctualLight& shown, float diagonal, LightEdit& edit) 
         edit.radius = radius;
 }
 
-/// Lets the user type which objects a light is linked to. Texts that name nothing are reported and not taken.
+/// Lets the user type which objects a light is linked to. Texts that name nothing are reported and not taken. Lists
+/// that the field cannot hold are only shown.
 void link_of_light(PanelContext& c, const char* name, const char* help, const std::string& light,
                    std::vector<LightLink> SceneEdits::*links) {
     const std::vector<LightLink>& now = c.session.edits.*links;
@@ -99,10 +100,15 @@ void link_of_light(PanelContext& c, const char* name, const char* help, const st
     const std::string shown = own == now.end() ? "" : fmt::format("{}", fmt::join(own->objects, ","));
     std::array<char, 1024> typed{};
     shown.copy(typed.data(), typed.size() - 1);
+    const auto has_comma = [](const std::string& object) { return object.find(',') != std::string::npos; };
+    const bool is_shown_only =
+        own != now.end() && (shown.size() >= typed.size() || std::ranges::any_of(own->objects, has_comma));
     label(name, help);
-    if (!ImGui::InputText(fmt::format("##{}", name).c_str(), typed.data(), typed.size(),
-                          ImGuiInputTextFlags_EnterReturnsTrue | ImGuiInputTextFlags_AutoSelectAll))
-        return;
+    const bool entered =
+        ImGui::InputText(fmt::format("##{}", name).c_str(), typed.data(), typed.size(),
+                         ImGuiInputTextFlags_EnterReturnsTrue | ImGuiInputTextFlags_AutoSelectAll |
+                             (is_shown_only ? ImGuiInputTextFlags_ReadOnly : ImGuiInputTextFlags_None));
+    if (!entered || is_shown_only) return;
     SceneEdits edits = c.session.edits;
     std::erase_if(edits.*links, [&](const LightLink& link) { return link.light == light; });
     const std::string text = typed.data();
@@ -183,9 +189,12 @@ void light_properties_of(PanelContext& c, std::size_t index) {
     size_of_light(shown, static_cast<float>(c.session.diagonal()), edit);
     profile_of_light(c, values, shown, edit);
     if (!c.session.in_pages()) {
-        // Numbers need a kind, since a link names lights of several kinds.
-        const bool is_number = name.find_first_not_of("0123456789") == std::string::npos;
-        const std::string linked = is_number ? "light:" + name : name;
+        // A name without a kind would link materials and nodes, too.
+        const auto has_plain = [&](const std::vector<LightLink>& links) {
+            return std::ranges::find(links, name, &LightLink::light) != links.end();
+        };
+        const bool is_plain = has_plain(c.session.edits.light_links) || has_plain(c.session.edits.shadow_links);
+        const std::string linked = is_plain ? name : "light:" + name;
         link_of_light(c, "Lights only",
                       "objects that the light lights, separated by commas: floor,wall. -floor: all but this", linked,
                       &SceneEdits::light_links);
