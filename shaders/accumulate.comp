@@ -225,15 +225,15 @@ void add(uint path, uint to) {
     s.to = to;
     s.point = load_surface_point(path);
     int seen_row = int(path * (1u + kLightGroups));
-    vec4 seen = vec4(0.0);
-    if (kSeen || kLampsSeen) seen = texelFetch(light_seen, seen_row);
+    vec3 seen = vec3(0.0);
+    if (kSeen || kLampsSeen) seen = texelFetch(light_seen, seen_row).rgb;
     vec3 of_surface = s.point.emission;
-    if (kSeen) s.point.emission = seen.rgb;
-    if (kLampsSeen) s.point.emission += seen.rgb;
+    if (kSeen) s.point.emission = seen;
+    if (kLampsSeen) s.point.emission += seen;
     vec3 emission = guarded(s.point.emission, kCountGBuffer);
     dvec3 beauty = emission;  // no sum of doubles overflows for finite floats
     for (uint i = 0u; i < 3u; ++i) ADD(emission_sums[to * 4u + i], emission[i]);
-    ADD(emission_sums[to * 4u + 3u], (s.point.is_surface ? 1.0 : 0.0) + seen.w);
+    ADD(emission_sums[to * 4u + 3u], s.point.is_surface ? 1.0 : 0.0);
     if (kLightGroups > 0u) add_emission_to_groups(s, seen_row, of_surface);
 
     Components direct = Components(dvec3(0.0), dvec3(0.0)), indirect = direct;

@@ -32,7 +32,7 @@ void main() {
     }
     double covered = emission[path * 4u + 3u];
     if (kCatchers) covered += shadow * catchers[path * 9u + 2u];
-    mean.a = HALFLIGHT_OPAQUE_BACKGROUND != 0 ? 1.0 : float(min(covered * share, 1.0LF));
+    mean.a = HALFLIGHT_OPAQUE_BACKGROUND != 0 ? 1.0 : float(covered * share);
     if (pixel.x < size.x && pixel.y < size.y) {
         imageStore(beauty, pixel, mean);
 #if HALFLIGHT_VIEW

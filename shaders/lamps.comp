@@ -28,7 +28,6 @@ uniform float weight;  // weight of a camera ray in the mean
 uniform bool begins;   // true: the mean is empty so far
 
 const bool kCamera = HALFLIGHT_CAMERA != 0;
-const bool kCatchers = HALFLIGHT_CATCHERS != 0;
 
 #include "shaders/lib/dimensions.glsl"
 #include "shaders/lib/finite.glsl"
@@ -203,12 +202,13 @@ void find_lights(inout Search ray, uint path) {
     if (!finished) ray.sum = not_a_number();
 }
 
-// Adds the lamps that the camera ray of a path meets to the light seen. Their alpha is 1 in front of nothing.
+// Adds the lamps that the camera ray of a path meets to the light seen.
 void add_to_light_seen(uint path) {
     const uint rows = 1u + kLightGroups;
     Ray ray = load_ray(path);
     Hit hit = load_hit(path);
     bool is_miss = hit.triangle == kMiss;
+    if (HALFLIGHT_CATCHERS != 0) is_miss = is_miss || catches_shadows(is_miss ? 0u : hit.triangle);  // seen through
     Search s;
     s.from = receiver_at(ray.origin, vec3(0.0), 0u);  // class 0 is in all links
     s.direction = ray.direction;
@@ -222,10 +222,7 @@ void add_to_light_seen(uint path) {
     s.seen = path * rows;
     for (uint i = 0u; i < (begins ? rows : 0u); ++i) light_seen[s.seen + i] = vec4(0.0);
     find_lights(s, path);
-    bool nothing = is_miss;
-    if (kCatchers) nothing = nothing || catches_shadows(is_miss ? 0u : hit.triangle);
-    bool shines = s.kept.light != vec3(0.0);
-    light_seen[s.seen] += weight * vec4(s.kept.light + s.sum, nothing && shines ? 1.0 : 0.0);
+    light_seen[s.seen].rgb += weight * (s.kept.light + s.sum);
 }
 
 void main() {

@@ -336,7 +336,6 @@ void Path::add_shown_lamps(const ReferenceRay& ray, double end) {
     for (const MetLight& light : scene_.lights.met(ray.origin, ray.direction / unit, ray.t_min * unit, end)) {
         if (!std::isinf(light.distance) && light.distance > ray.t_max * unit) continue;
         result_.radiance.emission += light.radiance;
-        result_.covered = result_.covered || light.radiance != dvec3(0);
     }
 }
 

@@ -68,7 +68,7 @@ struct PictureSettings {
     // Leaves the environment out where the camera sees it directly; alpha tells how much of a pixel is covered. Colours
     // are premultiplied by alpha, and those of the view are not.
     bool transparent = false;
-    // Camera rays see points, spots and directional lights that have a size. Alpha is 1 where they shine.
+    // Camera rays see points, spots and directional lights that have a size. They hide nothing, and have no alpha.
     bool show_lamps = false;
     Backfaces backfaces = Backfaces::automatic;  // rays that pass back faces of single-sided materials
     bool want_view = false;                      // true: the picture through `view` is made, too

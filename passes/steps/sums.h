@@ -17,8 +17,8 @@ struct SampleInputs {
     std::optional<Continuation> continuation;
     // vec4 per path: emission seen by extra camera rays (add_seen); then those of its light groups
     graph::BufferHandle seen;
-    // vec4 per path: light of the lamps that the camera ray meets, and 1 in front of no surface (add_shown_lamps); then
-    // those of its light groups. Empty if `seen` has it, or if no lamps are shown.
+    // vec4 per path: light of the lamps that the camera ray meets (add_shown_lamps); then those of its light groups.
+    // Empty if `seen` has it, or if no lamps are shown.
     graph::BufferHandle lamps;
     graph::BufferHandle chains;  // SpecularChain per path (add_specular_chains)
     // DirectLight per path: indirect light from the group (add_reuse); then those of each light group
@@ -29,8 +29,7 @@ inline constexpr std::size_t kCatcherSums = 9;  ///< doubles per path of Accumul
 
 /// Sums over all samples so far, at the path's index. Handles of parts that the frame leaves out are empty.
 struct Accumulated {
-    graph::BufferHandle
-        emission;  // 4 doubles: rgb, coverage (1 for every sample that met a surface, or a lamp that is shown)
+    graph::BufferHandle emission;  // 4 doubles: rgb, coverage (1 for every sample that met a surface)
     graph::BufferHandle direct;    // 6 doubles: diffuse rgb, glossy rgb; light met by next-event estimation or by a ray
     graph::BufferHandle indirect;  // 6 doubles: diffuse rgb, glossy rgb
     graph::BufferHandle squares;   // 3 doubles: squares of the samples' beauty, for its variance

@@ -35,8 +35,8 @@ GBuffer add_gbuffer(graph::Graph& graph, const SceneView& view, const GBufferOut
 
 /// Returns the mean emission seen through several points of each pixel, one for each entry of `frame_constants`. It is
 /// the radiance of surfaces, or of the environment where there is none, and with `lamps` that of the lamps in front
-/// (passes/steps/lamps.h). The result has a vec4 per path, w 0 without lamps. The constants may differ in jitter,
-/// sample_index and seed only.
+/// (passes/steps/lamps.h). The result has a vec4 per path, w 0. The constants may differ in jitter, sample_index and
+/// seed only.
 graph::BufferHandle add_seen(graph::Graph& graph, const SceneView& view,
                              const std::vector<graph::BufferHandle>& frame_constants, PrimaryVisibility primary,
                              bool lamps = false);
