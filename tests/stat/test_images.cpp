@@ -186,7 +186,7 @@ TEST_F(ImageTest, LightProfiles) {
 
 /// A panel, a lamp with a size, a sun and a sky light some objects each, and light of three of them passes some.
 TEST_F(ImageTest, LightLinks) {
-    Scene scene = cornell_box(metal_material({0.9f, 0.8f, 0.6f}, 0.3f));
+    Scene scene = cornell_box(metal_material({0.9f, 0.8f, 0.6f}, 0.7f));
     Material pane = glass_material(0);
     pane.thickness = 0, pane.base_color = {0.4f, 0.7f, 0.9f, 1};
     add_quad(scene, add_material(scene, pane), {-0.9f, -0.4f, 0.5f}, {1, 0, 0.2f}, {0, 0.8f, 0});

@@ -131,9 +131,10 @@ TEST(FrameNeeds, EverythingCanBeKept) {
                            .preview = {.temporal = true, .filter = true}};
     for (const FramePart& part : frame_needs({}, all).parts())
         EXPECT_NE(bool(part), part.name == std::string("radiance cache")) << part.name;
-    EXPECT_EQ(names(facts({}, all)), (NameSet{"environment map", "every light", "light tree", "radiance cache",
-                                              "sun apart", "double precision for slivers", "mip levels",
-                                              "shadow catchers", "light straight through solids"}));
+    EXPECT_EQ(names(facts({}, all)),
+              (NameSet{"environment map", "every light", "light tree", "radiance cache", "sun apart",
+                       "double precision for slivers", "mip levels", "shadow catchers", "light straight through solids",
+                       "light links", "shadow links"}));
 }
 
 /// Returns the items that are needed in addition if one item is kept.
