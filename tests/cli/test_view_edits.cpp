@@ -193,7 +193,7 @@ TEST_F(ViewEdit, HandlesPullOutTheSizeOfALamp) {
     )",
          {"--quiet"});
     const double radius = json_file(settings()).at("lights").at("bulb").at("radius");
-    EXPECT_GT(radius, 0.4);
+    EXPECT_GT(radius, 0.2);
     EXPECT_LT(radius, 0.8);
     EXPECT_TRUE(same_bits(exr("sized.exr"), render("render.exr", "--settings", settings())));
     EXPECT_TRUE(same_bits(exr("sized.exr"),
