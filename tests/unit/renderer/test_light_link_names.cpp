@@ -157,6 +157,19 @@ TEST(LightLinkNames, TablesHaveSetsAndClasses) {
             EXPECT_EQ(class_at(t), s.instances[range.instance].link_class);
             EXPECT_EQ((trace.triangles[t].w & kTriangleAlpha) != 0, range.instance == 2) << "the lid lets light pass";
         }
+    // Instances that share a mesh have classes of their own, and one that light passes marks the mesh.
+    Scene sharing = s;
+    sharing.instances[2].mesh = sharing.instances[1].mesh;
+    const TraceTables shared = build_trace_tables(sharing);
+    ASSERT_EQ(shared.instances.size(), 3u);
+    const std::vector<uvec4> links = build_lights(sharing, shared).links;
+    for (std::uint32_t i = 0; i < 3; ++i) {
+        const auto at = static_cast<std::uint32_t>(shared.triangles.size()) + i;
+        EXPECT_EQ((links[3 + at / 16][int(at % 16 / 4)] >> (8 * (at % 4))) & 0xff,
+                  i == 0 ? 0u : sharing.instances[shared.instances[i].scene_instance].link_class);
+    }
+    const MeshRange& range = shared.ranges.back();
+    EXPECT_TRUE(!range.merged && (shared.triangles[range.first_triangle].w & kTriangleAlpha) != 0);
     const LightTables none = build_lights(LinkStage().scene, build_trace_tables(LinkStage().scene));
     EXPECT_TRUE(none.links.empty() && none.groups.empty() && !none.needs.light_links);
 }
