@@ -495,7 +495,8 @@ TEST_F(Light, SizesOfLampsChangeNoIrradiance) {
 }
 
 TEST_F(Light, LampsThatTheCameraSees) {
-    // The disc of a lamp or sun in the middle of a square view, of which it covers pi tan^2(half angle).
+    // The disc of a lamp or sun in the middle of a square view, of which it covers pi tan^2(half angle). The floor is
+    // behind the camera.
     const auto expect_disc = [&](const std::string& name, const Scene& scene, double sine, double radiance) {
         const double radius = std::tan(std::asin(sine)), view = 5 * radius;
         const dvec3 eye = scene.cameras[0].camera_to_world[3];
@@ -509,9 +510,9 @@ TEST_F(Light, LampsThatTheCameraSees) {
     for (const double away : {1e-3, 1.0, 1e6})
         for (const double sine : {1e-5, 1e-3, 0.1, 0.9}) {
             Scene scene = floor();
-            const int lamp = add_lamp(scene, LightType::point, {0, 1, -away}, static_cast<float>(away * away));
+            const int lamp = add_lamp(scene, LightType::point, {0, 1, -2 - away}, static_cast<float>(away * away));
             scene.lights[static_cast<std::size_t>(lamp)].radius = static_cast<float>(away * sine);
-            scene.cameras = {look_at_camera({0, 1, 0}, {0, 1, -1}, {0, 1, 0}, 1)};
+            scene.cameras = {look_at_camera({0, 1, -2}, {0, 1, -3}, {0, 1, 0}, 1)};
             const std::string name = fmt::format("lamp of {:.0e} m in {:.0e} m that is seen", away * sine, away);
             expect_disc(name, scene, sine, 1 / (kPi * sine * sine));
             if (away == 1)
@@ -523,17 +524,17 @@ TEST_F(Light, LampsThatTheCameraSees) {
         scene.lights[static_cast<std::size_t>(add_lamp(scene, LightType::directional, dvec3(0), 1))].angle =
             static_cast<float>(2 * std::asin(sine));
         scene.lights[0].direction = {0, 0, 1};
-        scene.cameras = {look_at_camera({0, 1, 0}, {0, 1, -1}, {0, 1, 0}, 1)};
+        scene.cameras = {look_at_camera({0, 1, -2}, {0, 1, -3}, {0, 1, 0}, 1)};
         expect_disc(fmt::format("sun of sine {:.0e} that is seen", sine), scene, sine, 1 / (kPi * sine * sine));
     }
-    // A wall through the middle of a lamp covers a half of it, and its mirror image in a mirror is as bright.
+    // A wall ends in the middle of a lamp, and before its middle.
     Scene half;
     add_quad(half, add_material(half, light_material(vec3(0))), {-9, -9, -1}, {9, 0, 0}, {0, 18, 0});
     half.lights[static_cast<std::size_t>(add_lamp(half, LightType::point, {0, 0, -1}, 1))].radius = 0.1f;
     RenderSettings settings =
         small_settings(look_at_camera({0, 0, 0}, {0, 0, -1}, {0, 1, 0}, 2 * std::atan(0.2)), 64, 64, 64, 0);
     settings.show_lamps = true;
-    // The half that is behind the wall's plane is hidden by the front half, whose outline lies before the plane.
+    // The half behind the wall's plane lies behind the front half, whose outline is before the plane.
     const double radius = std::tan(std::asin(0.1));
     expect_mean("lamp half in a wall", mean_of(picture(half, settings)),
                 1 / (kPi * 0.01) * kPi * radius * radius / 0.16, 2e-3, "2/1000 for even samples");

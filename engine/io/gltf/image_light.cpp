@@ -52,17 +52,17 @@ vec3 radiance_of(const Cube& cube, const dvec3& direction) {
     for (std::size_t i = 1; i < cube.size(); ++i)
         if (glm::dot(kFaces[i].centre, direction) > glm::dot(kFaces[face].centre, direction)) face = i;
     const Image& image = cube[face];
-    const auto [centre, right, down] = kFaces[face];
+    const Face& axes = kFaces[face];
     const int end = image.width - 1;
     // Returns the texel before a place along an axis, and the weight of the next one.
     const auto place = [&](const dvec3& axis) {
-        const double from_centre = glm::dot(axis, direction) / glm::dot(centre, direction);
+        const double from_centre = glm::dot(axis, direction) / glm::dot(axes.centre, direction);
         const double at = std::clamp((from_centre + 1) / 2 * image.width - 0.5, 0.0, double(end));
         const int before = static_cast<int>(at);
         return std::pair(before, static_cast<float>(at - before));
     };
-    const auto [x, tx] = place(right);
-    const auto [y, ty] = place(down);
+    const auto [x, tx] = place(axes.right);
+    const auto [y, ty] = place(axes.down);
     const auto pixel = [&](int px, int py) {
         const float* const p = image.at(std::min(px, end), std::min(py, end));
         return vec3(p[0], p[1], p[2]);
