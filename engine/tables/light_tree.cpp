@@ -341,7 +341,8 @@ std::vector<LightTreeChild> light_tree_children(std::span<const uvec4> rows, std
             return rows[rows[0].w + 2 * std::size_t{node} + which][static_cast<int>(k)];
         };
         const std::uint32_t index = leaf ? light(0) : below + k;
-        found.push_back({shared::light_child(children[k], ball), leaf, index, pair ? light(1) : index, !leaf && light(1) != 0});
+        found.push_back(
+            {shared::light_child(children[k], ball), leaf, index, pair ? light(1) : index, !leaf && light(1) != 0});
     }
     return found;
 }
