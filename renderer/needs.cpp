@@ -155,9 +155,10 @@ FrameNeeds frame_needs(const SceneNeeds& scene, const FrameOptions& options) {
     const bool features = options.want_features || !no_chains;
     const std::size_t half_sums = shared::kHalfSums + (no_chains ? 0 : shared::kChainSums);
     const bool traced = options.primary == PrimaryVisibility::traced;  // traced visibility needs rays and hits
-    const char* no_lamps = !options.show_lamps    ? "lamps are not shown (--show-lamps)"
-                           : scene.sized_lights() ? nullptr
-                                                  : "no lamp has a size";
+    const bool has_lamps = scene.sized_lights() || options.kept.is_everything();
+    const char* no_lamps = !options.show_lamps ? "lamps are not shown (--show-lamps)"
+                           : has_lamps         ? nullptr
+                                               : "no lamp has a size";
     const bool lamps_of_rays = !no_lamps && options.camera_rays == 1;  // else, other rays see them
     return {
         .shadow = {kShadow, std::size_t(options.shadow_rays) * (kShadowRay + sizeof(shared::DirectLight)), no_shadow},
