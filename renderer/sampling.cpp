@@ -28,13 +28,13 @@ void Renderer::State::Sampling::run(const std::function<void(int band)>& rendere
     const int size = plan_.together ? s_.bands.count : 1;
     for (first_band_ = 0; first_band_ < s_.bands.count && (first_band_ == 0 || !stopped_); first_band_ += size) {
         begin_part(1);
-        std::vector<BandSamples> bands;
-        for (int b = 0; b < size; ++b) bands.push_back(begin(first_band_ + b));
+        std::vector<BandSamples> begun;
+        for (int b = 0; b < size; ++b) begun.push_back(begin(first_band_ + b));
         for (int part = 1; part <= parts_ && !stopped_; ++part) {
             begin_part(part);
-            render_part(bands);
+            render_part(begun);
         }
-        for (BandSamples& band : bands) {
+        for (BandSamples& band : begun) {
             finish(band);
             if (done_[std::size_t(band.index)] > 0) rendered(band.index);
         }
@@ -59,9 +59,9 @@ void Renderer::State::Sampling::begin_part(int part) {
     plan_ = plan_of(s_.settings, own_, s_.cache != nullptr, checkpoint_ != nullptr);
 }
 
-void Renderer::State::Sampling::render_part(std::span<BandSamples> bands) {
+void Renderer::State::Sampling::render_part(std::span<BandSamples> together) {
     group_.clear();
-    for (BandSamples& band : bands)
+    for (BandSamples& band : together)
         if (band.part == part_) group_.push_back(&band);
     if (group_.empty()) return;
     if (std::ranges::none_of(group_, [](const BandSamples* band) { return band->look.begun(); })) looks_[part_].clear();
@@ -70,7 +70,7 @@ void Renderer::State::Sampling::render_part(std::span<BandSamples> bands) {
     const auto ended = [](const BandSamples* band) { return band->look.ends; };
     if (!s_.inputs.merged.empty()) {
         for (BandSamples* band : group_) merge(*band);
-    } else if (group_.size() < bands.size() && !std::ranges::all_of(group_, ended)) {
+    } else if (group_.size() < together.size() && !std::ranges::all_of(group_, ended)) {
         throw Error(checkpoint_->folder().string(), "has bands of other parts; --overwrite begins the picture anew");
     } else if (plan_.least > 0 && !noise_.contains(part_) && !find_noise()) {
         if (part_ > 1 || first_band_ > 0) return;
@@ -146,9 +146,9 @@ bool Renderer::State::Sampling::add_sequence(BandSamples& band) {
                 s_.in_flight->wait();
                 band.with->mattes->clear();
             }
-            SampleView sample = view(band, order.empty() ? index - plan_.cached : order[std::size_t(look.taken)]);
-            sample.begins = index == plan_.cached && look.sequence == 0;
-            add(own_, band, sample, SampleKind::plain);
+            SampleView plain = view(band, order.empty() ? index - plan_.cached : order[std::size_t(look.taken)]);
+            plain.begins = index == plan_.cached && look.sequence == 0;
+            add(own_, band, plain, SampleKind::plain);
         }
         ++look.taken;
         if (!go_on(band, plan_.done(look.each, look.next, look.sequence, look.taken))) return false;

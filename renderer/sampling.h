@@ -75,7 +75,7 @@ class Renderer::State::Sampling {
     /// Makes the plan of a part of the samples.
     void begin_part(int part);
     /// Adds the samples of the part to bands. Returns when the plan ends or the callback stops it.
-    void render_part(std::span<BandSamples> bands);
+    void render_part(std::span<BandSamples> together);
     /// Adds samples to bands that take looks together. Returns when the plan ends or the callback stops it.
     void grow();
     /// Adds the samples of a look to a band; returns false to stop.

@@ -81,9 +81,9 @@ std::vector<float> Renderer::State::Sampling::pilot_errors(int from, int to, Err
         const Band where = s_.bands.at(b);
         CompiledBand& with = s_.compiled(b);
         for (int done = from; done < to; ++done) {
-            const SampleView sample =
+            const SampleView pilot =
                 sample_view(pilots, where, static_cast<std::uint32_t>(done), s_.settings.estimator.sampler);
-            s_.add_sample(pilots, sample, with, SampleKind::pilot);
+            s_.add_sample(pilots, pilot, with, SampleKind::pilot);
             stopped_ = !go_on_(std::int64_t{plan_.expected(plan_.first_look)} * s_.bands.count);
             if (stopped_) return {};
         }
@@ -129,15 +129,15 @@ bool Renderer::State::Sampling::add_listed(BandSamples& band) {
     Look& look = band.look;
     ListedSamples samples = listed(band);
     const auto all = static_cast<double>(samples.left());
-    SampleView sample = view(band, plan_.least);  // any of them
-    sample.begins = false;
+    SampleView run = view(band, plan_.least);  // any of them
+    run.begins = false;
     const int before = plan_.done(look.each, look.next, look.sequence, look.taken);
     bool go = true;
     while (go && !samples.done()) {
-        sample.at = samples.at(), sample.seed = samples.seed();
+        run.at = samples.at(), run.seed = samples.seed();
         const std::vector<SampledBlock> entries = samples.next_run();
         s_.sample.blocks->write(std::span<const SampledBlock>(entries));
-        add(own_, band, sample, SampleKind::listed);
+        add(own_, band, run, SampleKind::listed);
         ++look.runs;
         const double share = 1 - static_cast<double>(samples.left()) / all;
         go = go_on(band, before + static_cast<int>(share * (look.next - look.each - look.taken)));
@@ -152,18 +152,18 @@ BlockSamples Renderer::State::Sampling::taken(const BandSamples& band) const {
     for (at.look.sequence = 0; at.look.sequence < plan_.sequences; ++at.look.sequence) {
         const bool grows = at.look.sequence == look.sequence && look.taken + look.runs > 0;
         const int each = at.look.sequence < look.sequence ? look.next : look.each;
-        BlockSamples own{Counts(band.grid.size()), Counts(band.grid.size())};
+        BlockSamples part{Counts(band.grid.size()), Counts(band.grid.size())};
         Counts first(band.grid.size());  // numbers of samples that follow each other in the sequence
         if (each > 0) first = counts_of(band, each);
         if (grows && look.each == 0) first.assign(first.size(), static_cast<std::uint32_t>(look.taken));
-        own.all = first;
+        part.all = first;
         if (grows && look.runs > 0) {
             const ListedSamples more = listed(band);
-            own.all = more.taken(), own.first_half = more.first_halves();
+            part.all = more.taken(), part.first_half = more.first_halves();
         }
         FirstHalves halves([&](std::uint32_t index) { return view(at, static_cast<int>(index)); });
-        for (std::size_t b = 0; b < first.size(); ++b) own.first_half[b] += halves.among(first[b]);
-        sum.add(own);
+        for (std::size_t b = 0; b < first.size(); ++b) part.first_half[b] += halves.among(first[b]);
+        sum.add(part);
     }
     return sum;
 }
