@@ -173,7 +173,7 @@ RenderResult NearFrames::render(LoadedScene& scene, FrameNumber frame, int reach
             others.push_back({offset, &h.noisy()});
     RenderResult result = std::exchange(own.result(), {});
     if (steps.denoise) steps.denoise(own.noisy(), others, result);
-    if (!steps.denoise) held_.clear(), result.stats.neighbours.emplace();
+    if (!steps.denoise) held_.clear(), result.stats.neighbours = RenderStats::Neighbours{};
     result.stats.interrupted = interrupted;
     if (result.stats.neighbours) result.stats.neighbours->rendered = rendered_;
     return result;

@@ -162,7 +162,7 @@ TEST_F(LightWays, EqualTheCpus) {
         for (std::uint32_t k = 0; k < kLights; ++k) {
             const float head = shading.tables.lights[std::size_t{k} * shared::kLightStride].w;
             std::uint32_t trail = shared::light_trail(shared::word_of_float(head));
-            LightTreeChild way{.bounds = {}, .leaf = false, .index = 0, .other = 0};
+            LightTreeChild way{.bounds = {}, .leaf = false, .index = 0, .other = 0, .sized = false};
             vec4 ball = light_tree_ball(rows);
             double probability = 1;
             do {
