@@ -113,7 +113,7 @@ gpu::ContextOptions default_device(std::string device = "");
 
 /// Logs the exposure of display pictures if a physical camera decides it, or if metering has found it for a requested
 /// view and it is not 0. Warns of emissive and unlit materials, and of an environment, that are black at this exposure,
-/// and of lamps that have no alpha.
+/// and of lamps that have no size or no alpha.
 void note_exposure(const ViewTransform& requested, const RenderSettings& used, const LoadedScene& scene,
                    const Log& log);
 

@@ -128,15 +128,18 @@ gpu::ContextOptions default_device(std::string device) {
 
 void note_exposure(const ViewTransform& requested, const RenderSettings& used, const LoadedScene& scene,
                    const Log& log) {
+    const auto has_size = [](const PunctualLight& light) { return light.radius > 0 || light.angle > 0; };
+    const bool sized = std::ranges::any_of(scene.scene().lights, has_size);
+    if (used.show_lamps && !sized) log.note("no lamp has a size, so none is seen (--lamp-radius gives sizes)");
     if (!used.want_view) return;
     const float stops = used.view.stops();
     if (used.view.camera.exposes())
         log.note("exposure {:.2f} stops by the physical camera (--iso, --shutter-speed, --fstop, --exposure)", stops);
     else if (requested.metered() && !used.view.metered() && stops != 0)
         log.note("exposure {0:.2f} stops by metering (--exposure {0:.2f} fixes it, --exposure 0 leaves it out)", stops);
-    const auto has_size = [](const PunctualLight& light) { return light.radius > 0 || light.angle > 0; };
-    if (used.transparent && used.show_lamps && std::ranges::any_of(scene.scene().lights, has_size))
-        log.warn("lamps without a surface behind them are lost where colours are divided by alpha; an .exr has them");
+    if (used.transparent && used.show_lamps && sized)
+        log.warn(
+            "pictures whose colours are divided by alpha lose lamps that have no surface behind; an .exr has them");
     const std::vector<std::string> black = black_lights(scene, stops);
     if (black.empty()) return;
     constexpr std::size_t kNamed = 3;

@@ -72,22 +72,22 @@ vec3 radiance_of(const Cube& cube, const dvec3& direction) {
 
 /// Reads the first level of a light's images.
 Cube read_cube(const nlohmann::json& levels, GltfDocument& document) {
-    if (levels.empty() || levels[0].size() != kFaces.size())
-        document.fail(kElement, "specularImages[0] has not six images");
+    const std::size_t faces = levels.empty() ? 0 : levels[0].size();
+    if (faces != kFaces.size())
+        document.fail(kElement, "the first level of specularImages has {} images, not six", faces);
     // The faces as floats, and two maps: the document's and the scene's.
     const std::size_t texels = measure_image(document, levels[0][0].get<std::size_t>());
     const std::size_t most = 3 * sizeof(float) * (kFaces.size() + 2 * 8) * texels;
     MemoryLedger::process().check(most, fmt::format("{}: {}", document.file, kElement), "environment map");
     Cube cube;
     for (std::size_t i = 0; i < cube.size(); ++i) {
-        const TextureImage image = read_image(document, levels[0][i].get<std::size_t>());
-        if (image.width != image.height)
-            document.fail(kElement, "the image {} has {} x {} texels, which is no square", image.name, image.width,
-                          image.height);
+        const auto index = levels[0][i].get<std::size_t>();
+        const TextureImage image = read_image(document, index);
         cube[i] = decode_rgbd(image);
-        if (cube[i].width != cube[0].width)
-            document.fail(kElement, "the images of specularImages[0] have sides of {} and {} texels", cube[0].width,
-                          cube[i].width);
+        const int side = cube[0].width;
+        if (image.width != side || image.height != side)
+            document.fail(fmt::format("images[{}]", index), "has {} x {} texels, not {} x {} like a face of the cube",
+                          image.width, image.height, side, side);
     }
     return cube;
 }

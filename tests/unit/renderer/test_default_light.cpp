@@ -238,7 +238,7 @@ TEST(BlockedLights, NamesGlassBeforeATenthOfTheSurfaces) {
     const auto lines = [](float share) {
         Scene scene;
         const std::uint32_t white = add_material(scene, diffuse_material(vec3(0.5f)));
-        Material glass;
+        Material glass = diffuse_material(vec3(1));
         glass.transmission = glass.thickness = 1, glass.roughness = 0;
         add_quad(scene, white, {-1, 0, 1}, {2, 0, 0}, {0, 0, -2});
         add_box(scene, add_material(scene, glass), {-1, 2, -1}, {-1 + 2 * share, 2.1f, 1});
