@@ -255,8 +255,9 @@ VertexCells cells_of(PathVertex v, Bsdf b, PathState state) {
 
 // Adds the diffuse light of a known cell, in the place of the path's own.
 void take_light_of_cell(PathVertex v, VertexCells c, PathPoint point, inout PathState state, inout Bsdf b) {
-    uint known = c.usable && !point.takes_rest ? known_cell(v.at.position, v.geometric_normal, v.at.link_class, c.finest, c.levels)
-                                               : kNoCacheCell;
+    uint known = c.usable && !point.takes_rest
+                     ? known_cell(v.at.position, v.geometric_normal, v.at.link_class, c.finest, c.levels)
+                     : kNoCacheCell;
     vec3 from_cell = cache_mean(known == kNoCacheCell ? 0u : known);
     state.indirect += known != kNoCacheCell ? state.throughput * b.diffuse * from_cell : vec3(0.0);
     b.diffuse = known != kNoCacheCell ? vec3(0.0) : b.diffuse;
@@ -274,7 +275,8 @@ void begin_point(PathVertex v, VertexCells c, PathState state, inout Bsdf b, ino
         stored = cache_point(c.levels, state.throughput * b.diffuse);
         point.takes_diffuse = c.usable;
         float to_feed = sample_1d(v.random, vertex_dimension(depth, kDimensionRoulette));
-        point.is_known = c.usable && find_cells(v.at.position, v.geometric_normal, v.at.link_class, c.finest, to_feed, stored);
+        point.is_known = c.usable && find_cells(v.at.position, v.geometric_normal, v.at.link_class, c.finest, to_feed,
+                                                stored);
         point.exists = c.usable && !point.is_known;
         b.diffuse = c.usable ? vec3(1.0) : b.diffuse;
     }
