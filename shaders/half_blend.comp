@@ -9,7 +9,7 @@ uniform sampler2D calm_second;
 uniform sampler2D filtered_first;
 uniform sampler2D filtered_second;
 uniform sampler2D spread;  // rgb: light of fireflies, spread; a: HALFLIGHT_OVER_FRAMES: share of means over frames
-uniform sampler2D errors;  // rg: terms of the best share of filtered light, averaged
+uniform sampler2D errors;  // rgb: terms of significant_share(), averaged
 uniform sampler2D albedo;
 uniform sampler2D picture_before;
 uniform sampler2D weights_before;  // HALFLIGHT_WEIGHTS_BEFORE
@@ -17,7 +17,7 @@ layout(rgba32f) writeonly uniform image2D picture;
 layout(rgba32f) writeonly uniform image2D weights;
 
 uniform int component;  // channel of the component in `weights`
-uniform float whole;    // quotients of `errors` from here on count as 1
+uniform float squares;  // of significant_share(); 0: best_share()
 
 #include "shaders/lib/finite.glsl"
 #include "shaders/lib/halves.glsl"
@@ -29,7 +29,7 @@ void main() {
     vec4 before = texelFetch(picture_before, pixel, 0);
     vec4 shares = vec4(0.0, 0.0, 0.0, 1.0);
     if (HALFLIGHT_WEIGHTS_BEFORE != 0) shares = texelFetch(weights_before, pixel, 0);
-    float share = one.a > 0.0 ? min(best_share(texelFetch(errors, pixel, 0).rg) / whole, 1.0) : 0.0;
+    float share = one.a > 0.0 ? significant_share(texelFetch(errors, pixel, 0).rgb, squares) : 0.0;
     vec3 mean = mean_of(one, texelFetch(second, pixel, 0));
     vec3 calm = mix(texelFetch(calm_second, pixel, 0).rgb, texelFetch(calm_first, pixel, 0).rgb, one.a);
     vec3 filtered = mix(texelFetch(filtered_second, pixel, 0).rgb, texelFetch(filtered_first, pixel, 0).rgb, one.a);

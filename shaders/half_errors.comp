@@ -23,5 +23,6 @@ void main() {
     float scale = luminance_of(texelFetch(albedo, pixel, 0).rgb) * inversesqrt(radiance * radiance + kRelativeEpsilon);
     vec2 own = change_terms(texelFetch(filtered_first, pixel, 0).rgb - one.rgb,
                             texelFetch(filtered_second, pixel, 0).rgb - two, two - one.rgb, one.a, scale);
-    imageStore(terms, pixel, one.a > 0.0 ? vec4(own, 0.0, 1.0) : vec4(0.0));
+    float apart = clamp(own.x - own.y, -kMostSquared, kMostSquared);
+    imageStore(terms, pixel, one.a > 0.0 ? vec4(own, apart * apart, 1.0) : vec4(0.0));
 }

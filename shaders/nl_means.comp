@@ -9,6 +9,9 @@ const bool kPreview = HALFLIGHT_PREVIEW != 0;
 const int kPatch = kPreview ? 1 : 3;   // radius of patches, pixels
 const int kWindow = kPreview ? 2 : 7;  // radius of the window, multiples of the distance of offsets
 uniform int stride;                    // previews: distance of the offsets, pixels; else it is 1
+// Small windows let pixels at the edge of two surfaces, which resemble few others, take light from both. Large ones would
+// take too much of it beyond corners, where light changes.
+const float kMixed = kPreview ? 1.0 : 0.0;
 const int kOwn = 4;       // number of pixels in a row that an invocation filters
 const int kWide = kTile + 2 * kPatch;
 const float kStrength = 0.4;   // k of equation 2; larger values blur more
@@ -108,7 +111,7 @@ void main() {
                 vec4 other_first = texelFetch(first, q, 0);
                 vec3 other_second = texelFetch(second, q, 0).rgb;
                 float alike = likeness(own_guide[k], own_albedo[k], texelFetch(guide, q, 0),
-                                       texelFetch(reflectance, q, 0));
+                                       texelFetch(reflectance, q, 0), kMixed);
                 vec2 weight = exp(-max(patches[k] / float((2 * kPatch + 1) * (2 * kPatch + 1)), vec2(0.0)));
                 weight *= inside && other_first.a > 0.0 ? alike : 0.0;
                 // The second half decides about the first one, and the first half about the second one.

@@ -32,7 +32,7 @@ void main() {
         bool inside = all(greaterThanEqual(other, ivec2(0))) && all(lessThan(other, size));
         other = clamp(other, ivec2(0), size - 1);
         vec4 other_first = texelFetch(first, other, 0);
-        float weight = likeness(own_guide, own_albedo, texelFetch(guide, other, 0), texelFetch(albedo, other, 0));
+        float weight = likeness(own_guide, own_albedo, texelFetch(guide, other, 0), texelFetch(albedo, other, 0), 0.0);
         weight = inside && other_first.a >= 0.0 ? weight : 0.0;
         sum += weight * light_of(other_first, texelFetch(second, other, 0));
         weights += weight;

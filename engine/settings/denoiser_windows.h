@@ -8,9 +8,10 @@
 
 namespace halflight {
 
-/// Pixels around a window that the denoiser needs for the picture that it makes of the whole. Its stages together reach
-/// 59 pixels: fireflies are found (8) and spread twice (44), and a pixel sees the noise (2) and means (5).
-inline constexpr int kDenoiserReach = 64;
+/// Pixels around a window that the denoiser needs for the picture that it makes of the whole. Fireflies are found (8).
+/// Then they are spread twice (44), or light is filtered by means (12), small means (7), what is kept (12), wide means (13
+/// and 23) and a share (14): 89 together.
+inline constexpr int kDenoiserReach = 96;
 /// The same for the filter of previews, which finds and spreads fireflies in the same way, and whose three filters
 /// reach 5, 7 and 11 pixels: 75 together.
 inline constexpr int kPreviewReach = 80;

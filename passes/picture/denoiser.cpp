@@ -21,13 +21,15 @@ constexpr int kNoiseRadius = 2, kAroundRadius = 6, kSpreadRadius = 11, kErrorRad
 constexpr int kKeptRadius = 6, kBlurredKeptRadius = 4;
 const gpu::Defines kOfPreview = {{"HALFLIGHT_PREVIEW", "1"}};
 constexpr std::array kPreviewStrides = {1, 2, 4};  // distances of the pixels that the preview's filters read, pixels
-// Two measures against noise of indirect diffuse light that is wider than the patches of the filter. Other light has
-// details that they would blur. A second, small filter has gaps as in previews, and costs a fiftieth of the first one.
-// Shares of filtered light from kWholeIndirect on count as 1, because they are as noisy as the errors that they follow
-// from. Shares just below 1 leave noise that weighs more than the error of the filter. Together, the measures lower the
-// squared error of the room by a quarter (16 samples).
-constexpr int kSecondStride = 2;  // pixels
-constexpr float kWholeIndirect = 0.8f;
+// Small filters with gaps follow the first one, against noise of indirect diffuse light that is wider than its patches.
+// Other light has details that they would blur. Each costs a fiftieth of the first one.
+constexpr int kSecondStride = 2;             // distance of the pixels that they read, pixels
+constexpr std::array kWideStrides = {4, 8};  // of those that leave what is hardly seen
+/// Returns the radius of the neighbourhood that tells the noise of filtered light, pixels: noise that was filtered is
+/// alike in pixels that are close.
+constexpr int noise_radius(int stride) {
+    return kNoiseRadius + stride / 2;
+}
 
 void dispatch(const gpu::Program& program, const gpu::TextureDesc& picture, int tile = 8) {
     interruption_point();  // a driver on the processor has finished the kernels before
@@ -152,16 +154,30 @@ CalmLight add_calm(graph::Graph& graph, const LightHalves& own, TextureHandle al
     return {first, second, in_proportion ? run({}, {{"receivers", receivers}, {"quotients", spread}}) : spread};
 }
 
-/// Returns the halves, filtered. preview_stride: distance of the pixels of the preview's window; 0: the window of final
-/// pictures.
-CalmLight add_non_local_means(graph::Graph& graph, const CalmLight& calm, const Guides& guides,
-                              int preview_stride = 0) {
+/// Picture whose light tells which noise is seen.
+struct Seen {
+    TextureHandle surroundings;  // rgb: smoothed picture
+    TextureHandle albedo;        // by which the filtered light was divided
+};
+
+/// Returns the halves, filtered. small_stride: distance of the pixels of a small window; 0: the large window of final
+/// pictures. seen: noise below what is seen there stays; empty: all noise is filtered.
+CalmLight add_non_local_means(graph::Graph& graph, const CalmLight& calm, const Guides& guides, int small_stride = 0,
+                              const Seen& seen = {}) {
     const auto [noise] = add_kernel<1>(graph, "denoiser: noise", "shaders/half_noise.comp",
                                        {{"first", calm.first}, {"second", calm.second}}, {"noise"});
-    const auto [light] = add_kernel<1>(
-        graph, "denoiser: variance", "shaders/half_variance.comp",
-        {{"first", calm.first}, {"second", calm.second}, {"noise", add_triangle(graph, noise, kNoiseRadius)}},
-        {"light"});
+    const bool limited = bool(seen.surroundings);
+    const TextureHandle pooled = add_triangle(graph, noise, limited ? noise_radius(small_stride) : kNoiseRadius);
+    const auto variance = [&](std::initializer_list<std::pair<const char*, TextureHandle>> reads) {
+        return add_kernel<1>(graph, "denoiser: variance", "shaders/half_variance.comp", reads, {"light"}, 8, {},
+                             limited ? gpu::Defines{{"HALFLIGHT_UNSEEN", "1"}} : gpu::Defines())[0];
+    };
+    const TextureHandle light = limited ? variance({{"first", calm.first},
+                                                    {"second", calm.second},
+                                                    {"noise", pooled},
+                                                    {"surroundings", seen.surroundings},
+                                                    {"albedo", seen.albedo}})
+                                        : variance({{"first", calm.first}, {"second", calm.second}, {"noise", pooled}});
     const std::pair<const char*, TextureHandle> reads[] = {{"light", light},
                                                            {"first", calm.first},
                                                            {"second", calm.second},
@@ -174,23 +190,23 @@ CalmLight add_non_local_means(graph::Graph& graph, const CalmLight& calm, const 
         pass.write(graph.create_texture("filtered_first", desc), Access::image_write, "filtered_first");
     const TextureHandle second =
         pass.write(graph.create_texture("filtered_second", desc), Access::image_write, "filtered_second");
-    const bool preview = preview_stride > 0;
+    const bool small = small_stride > 0;
     const bool natively = gpu::renders_on_processor();
-    if (!natively) pass.kernel({"shaders/nl_means.comp", preview ? kOfPreview : gpu::Defines()});
+    if (!natively) pass.kernel({"shaders/nl_means.comp", small ? kOfPreview : gpu::Defines()});
     pass.execute([=, inputs = std::to_array(reads)](graph::Resources& r) {
         if (natively) {
             interruption_point();
             std::array<std::vector<float>, 5> pictures;
             for (std::size_t i = 0; i < pictures.size(); ++i) pictures[i] = r.texture(inputs[i].second).read_float();
             std::vector<float> one(pictures[0].size()), two(pictures[0].size());
-            filter_natively(preview ? preview_means(preview_stride) : kFinalMeans, {desc.width, desc.height},
+            filter_natively(small ? small_means(small_stride) : kFinalMeans, {desc.width, desc.height},
                             {pictures[0], pictures[1], pictures[2], pictures[3], pictures[4]}, {one, two});
             r.texture(first).upload(one);
             r.texture(second).upload(two);
             return;
         }
         const gpu::Program& program = r.kernel();
-        if (preview) program.set("stride", preview_stride);
+        if (small) program.set("stride", small_stride);
         dispatch(program, desc, kTile);
     });
     return {first, second, calm.spread, calm.over_frames};
@@ -303,8 +319,10 @@ DenoisedPicture add_component(graph::Graph& graph, const DenoiserPixels& pixels,
     const bool wide = component == FilteredLight::indirect_diffuse;
     CalmLight means = add_non_local_means(graph, calm, guides);
     if (wide) means = add_non_local_means(graph, means, guides, kSecondStride);
-    const CalmLight filtered =
-        add_kept_light(graph, calm, means, albedo, pixels.blurred ? kBlurredKeptRadius : kKeptRadius);
+    CalmLight filtered = add_kept_light(graph, calm, means, albedo, pixels.blurred ? kBlurredKeptRadius : kKeptRadius);
+    if (wide)
+        for (const int stride : kWideStrides)
+            filtered = add_non_local_means(graph, filtered, guides, stride, {surroundings, albedo});
     const TextureHandle errors = add_errors(graph, calm, filtered.first, filtered.second, albedo, surroundings);
 
     const gpu::TextureDesc desc = graph.desc(pixels.mean);
@@ -333,7 +351,7 @@ DenoisedPicture add_component(graph::Graph& graph, const DenoiserPixels& pixels,
     pass.execute([=](graph::Resources& r) {
         const gpu::Program& program = r.kernel();
         program.set("component", static_cast<int>(component));
-        program.set("whole", wide ? kWholeIndirect : 1.0f);
+        program.set("squares", wide ? squares_of_triangle(kErrorRadius) : 0.0f);
         dispatch(program, desc);
     });
     return out;

@@ -84,13 +84,20 @@ HWY_INLINE V patch_mean(const float* columns) {
 }
 
 /// Returns minus the logarithm of likeness().
+template <bool kMixed>
 HWY_INLINE V unlikeness(const MeansPlanes& p, std::ptrdiff_t own, std::ptrdiff_t other) {
     const D d;
     const auto apart = [&](int plane) HWY_ATTR {
         const float* const from = p.row(static_cast<MeansPlane>(plane));
         return square(hn::Sub(at(from + own), at(from + other)));
     };
-    const V normals = hn::Add(hn::Add(apart(kNormal), apart(kNormal + 1)), apart(kNormal + 2));
+    V normals = hn::Add(hn::Add(apart(kNormal), apart(kNormal + 1)), apart(kNormal + 2));
+    if (kMixed) {
+        V variance = hn::Set(d, 1.0f);
+        for (int axis = 0; axis < 3; ++axis)
+            variance = hn::Sub(variance, square(at(p.row(static_cast<MeansPlane>(kNormal + axis)) + own)));
+        normals = hn::Max(hn::Sub(normals, hn::Max(variance, hn::Zero(d))), hn::Zero(d));
+    }
     const V albedos = hn::Add(hn::Add(apart(kAlbedo), apart(kAlbedo + 1)), apart(kAlbedo + 2));
     const V rest = hn::MulAdd(apart(kLogDepth), hn::Set(d, kDepths), hn::Mul(apart(kChain), hn::Set(d, kMirrors)));
     return hn::MulAdd(normals, hn::Set(d, kNormals), hn::MulAdd(albedos, hn::Set(d, kAlbedos), rest));
@@ -115,7 +122,7 @@ void filter_rows(const MeansPlanes& p, const MeansKernel& kernel, ivec2 corner, 
                 sum_columns<kPatch>(s.apart[1] + y, wide, s.columns[1]);
                 for (int x = 0; x < kMeansTileWidth; x += lanes) {
                     const std::ptrdiff_t own = p.step(corner + ivec2(x, y)), other = own + offset;
-                    const V unlike = unlikeness(p, own, other);
+                    const V unlike = unlikeness<kPatch == 1>(p, own, other);
                     const V one = hn::Add(unlike, hn::Max(patch_mean<kPatch>(s.columns[0] + x), zero));
                     const V two = hn::Add(unlike, hn::Max(patch_mean<kPatch>(s.columns[1] + x), zero));
                     const V valid = at(p.row(kValid) + other);

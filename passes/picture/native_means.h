@@ -15,9 +15,9 @@ struct MeansKernel {
     int window;  // radius of the window, multiples of stride
     int stride;  // distance of the offsets, pixels; window * stride <= kMostOffset
 };
-inline constexpr int kMostOffset = 8;
+inline constexpr int kMostOffset = 16;
 inline constexpr MeansKernel kFinalMeans{3, 7, 1};
-constexpr MeansKernel preview_means(int stride) {
+constexpr MeansKernel small_means(int stride) {
     return {1, 2, stride};
 }
 

@@ -59,7 +59,7 @@ class MeansPlanes {
 
   private:
     // Texels around the picture that patches at an offset may read. The last register of a row reads up to 15 more.
-    static constexpr int kPad = 32;
+    static constexpr int kPad = 40;
     static_assert(kPad >= kMostOffset + kMostPatch + 15);
 
     std::size_t plane() const { return static_cast<std::size_t>(stride_) * static_cast<std::size_t>(rows_); }

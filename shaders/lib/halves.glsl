@@ -23,4 +23,13 @@ vec2 change_terms(vec3 change_first, vec3 change_second, vec3 apart, float share
     return vec2(dot(squarable(scale * apart), share.x * share.x * one - share.y * share.y * two), dot(change, change));
 }
 
+// Returns the best share, raised by its standard errors. Noise with heavy tails lets single pixels decide about averages,
+// so that a share below 1 must be significant. terms: averages of change_terms(), and of the squared difference of the
+// two. squares: sum of the squares of the weights of the averages, whose sum is 1.
+float significant_share(vec3 terms, float squares) {
+    const float kSignificance = 2.0;  // standard errors
+    float bound = terms.x + kSignificance * sqrt(squares * terms.z);
+    return terms.y > 0.0 ? clamp(bound / terms.y, 0.0, 1.0) : 0.0;
+}
+
 float best_share(vec2 terms) { return terms.y > 0.0 ? clamp(terms.x / terms.y, 0.0, 1.0) : 0.0; }

@@ -86,7 +86,7 @@ TEST_F(NativeMeansTest, EqualTheShaderUpToRounding) {
     const std::pair<ivec2, float> pictures[] = {{{1, 1}, 1.0f},     {{5, 3}, 1.0f},   {{64, 16}, 1.0f},
                                                 {{65, 17}, 1e-12f}, {{65, 17}, 1.0f}, {{65, 17}, 1e12f},
                                                 {{100, 70}, 1.0f}};
-    for (const MeansKernel& kernel : {kFinalMeans, preview_means(1), preview_means(2), preview_means(4)}) {
+    for (const MeansKernel& kernel : {kFinalMeans, small_means(1), small_means(2), small_means(8)}) {
         for (const auto& [size, brightness] : pictures) {
             const Pictures p = noisy(size, brightness);
             const auto ours = native(p, kernel), theirs = by_shader(p, kernel);
