@@ -122,16 +122,23 @@ HWY_INLINE Bits meet_shaft(const NativeNode<Bound>& node, const ShaftTest& shaft
     return bits_of(hn::FixedTag<float, 8>(), hn::Le(near.v, far.v));
 }
 
+/// Returns what has been found for a ray.
+HWY_INLINE Search search_of(const Bundle& b, std::size_t i) {
+    Search search;
+    search.nearest = {b.t[i], b.u[i], b.v[i], static_cast<std::uint32_t>(b.triangle[i]),
+                      static_cast<std::uint32_t>(b.instance[i])};
+    search.found = ((b.found >> i) & 1) != 0;
+    search.out_of_range = ((b.out_of_range >> i) & 1) != 0;
+    search.asked = b.asked[i];
+    return search;
+}
+
 /// Searches one ray of a bundle below a reference, which it enters at `near`, with what has been found so far.
 template <class Bound, bool kAny>
 HWY_INLINE void search_one(const NativeJob& job, Bundle& b, std::size_t i, std::uint32_t reference, std::int32_t near,
                            StackEntry* stack) {
     const SingleRay ray = single_ray(b, i);
-    Search search;
-    search.nearest = {b.t[i], b.u[i], b.v[i], static_cast<std::uint32_t>(b.triangle[i]),
-                      static_cast<std::uint32_t>(b.instance[i])};
-    search.found = ((b.found >> i) & 1) != 0;
-    search.asked = b.asked[i];
+    Search search = search_of(b, i);
     if (shared::is_leaf(reference)) {
         test_leaf<kAny>(job, ray, reference, 0, std::bit_cast<float>(near), search);
     } else {
@@ -147,20 +154,6 @@ HWY_INLINE void search_one(const NativeJob& job, Bundle& b, std::size_t i, std::
     if (search.out_of_range) b.out_of_range |= bit;
     if (!kAny) b.exit[i] = std::bit_cast<std::int32_t>(b.t[i]);
     if ((kAny && search.found) || search.out_of_range) b.exit[i] = -1;
-}
-
-/// Writes the results of the rays, or leaves them to the plain kernel.
-HWY_INLINE void put_rays(const NativeJob& job, const Bundle& b, const std::uint32_t* paths,
-                         std::vector<std::uint32_t>& delegated) {
-    for (std::size_t i = 0; i < b.count; ++i) {
-        Search search;
-        search.nearest = {b.t[i], b.u[i], b.v[i], static_cast<std::uint32_t>(b.triangle[i]),
-                          static_cast<std::uint32_t>(b.instance[i])};
-        search.found = ((b.found >> i) & 1) != 0;
-        search.out_of_range = ((b.out_of_range >> i) & 1) != 0;
-        search.asked = b.asked[i];
-        put(job, paths[i], search, delegated);
-    }
 }
 
 /// Returns where the last ray ends, as s of the shaft.
@@ -260,7 +253,7 @@ void trace_bundle(const NativeJob& job, const std::uint32_t* paths, std::size_t 
                 search_one<Bound, false>(job, b, i, space.root, std::bit_cast<std::int32_t>(b.t_min[i]), stack);
         }
     }
-    put_rays(job, b, paths, delegated);
+    for (std::size_t i = 0; i < count; ++i) put(job, paths[i], search_of(b, i), delegated);
 }
 
 }  // namespace halflight::rays::HWY_NAMESPACE

@@ -89,6 +89,10 @@ HWY_INLINE bool enter_block(const NativeTree& tree, const shared::Ray& ray, std:
     return in_range(origin, direction, inside.at.error, space.slack, ray.t_min);
 }
 
+template <class Bound, bool kAny>
+bool search_instance(const NativeJob& job, const shared::Ray& world_ray, std::uint32_t reference, std::int32_t entered,
+                     StackEntry* stack, Search& search);
+
 /// Searches a space for the ray. The stack grows from `stack`. Returns true if the search of the ray ends.
 template <class Bound, bool kAny>
 bool search_space(const NativeJob& job, const shared::Ray& world_ray, const SingleRay& ray, std::uint32_t root,
@@ -157,18 +161,23 @@ bool search_space(const NativeJob& job, const shared::Ray& world_ray, const Sing
                             : test_leaf<kAny>(job, ray, reference, instance, leaf_near, search))
                 return true;
         } else {
-            const std::uint32_t entered_instance = reference & shared::kBvhIndexMask;
-            SingleRay inside;
-            search.out_of_range = !enter_block(*job.tree, world_ray, entered_instance, inside);
-            if (search.out_of_range) return true;
-            const NativeSpace& space = job.tree->spaces[job.tree->instance_space[entered_instance]];
-            if (search_space<Bound, kAny>(job, world_ray, inside, space.root, entered, entered_instance, entered, top,
-                                          search))
-                return true;
+            if (search_instance<Bound, kAny>(job, world_ray, reference, entered, top, search)) return true;
         }
         if (!kAny) exit = std::bit_cast<std::int32_t>(search.nearest.t);
     }
     return false;
+}
+
+/// Searches the block of an instance, which the ray enters at `entered`. Returns true if the search of the ray ends.
+template <class Bound, bool kAny>
+bool search_instance(const NativeJob& job, const shared::Ray& world_ray, std::uint32_t reference, std::int32_t entered,
+                     StackEntry* stack, Search& search) {
+    const std::uint32_t instance = reference & shared::kBvhIndexMask;
+    SingleRay inside;
+    search.out_of_range = !enter_block(*job.tree, world_ray, instance, inside);
+    if (search.out_of_range) return true;
+    const NativeSpace& space = job.tree->spaces[job.tree->instance_space[instance]];
+    return search_space<Bound, kAny>(job, world_ray, inside, space.root, entered, instance, entered, stack, search);
 }
 
 /// Constants of up to 64 rays, one after the other.
@@ -211,25 +220,6 @@ class SingleRays {
     alignas(64) std::array<float, kBundle> t_max_;
     std::uint64_t live_ = 0, out_of_range_ = 0;  // a bit per ray
 };
-
-/// Traces up to 64 rays one by one.
-template <class Bound, bool kAny>
-void trace_singly(const NativeJob& job, const std::uint32_t* paths, std::size_t count, StackEntry* stack,
-                  std::vector<std::uint32_t>& delegated) {
-    const NativeSpace& space = job.tree->spaces.front();
-    const SingleRays rays(job, space, paths, count);
-    for (std::size_t i = 0; i < count; ++i) {
-        Search search;
-        search.nearest = {rays.t_max(i), 0, 0, 0, 0};
-        search.out_of_range = rays.out_of_range(i);
-        if (rays.lives(i)) {
-            const SingleRay ray = rays.ray(i);
-            const auto near = std::bit_cast<std::int32_t>(ray.at.t_min);
-            search_space<Bound, kAny>(job, job.rays[paths[i]], ray, space.root, near, 0, near, stack, search);
-        }
-        put(job, paths[i], search, delegated);
-    }
-}
 
 }  // namespace halflight::rays::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

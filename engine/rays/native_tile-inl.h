@@ -1,9 +1,10 @@
 // Search for any hits of a tile of up to 64 rays. Compiled once per instruction set.
 //
 // A node's children are tested against the chord shaft of the tile (native_bundle-inl.h). Those that meet it are tested
-// against each vector of rays, so that an entry of the stack has the rays that meet its box. If at most kFew rays
-// are left, each goes on by itself. In scenes without instances, each vector first tests the leaf that ended rays in
-// its place in an earlier run, if the tile met that leaf by itself.
+// against each vector of rays, so that an entry of the stack has the rays that meet its box. If at most kFewInTile
+// rays meet an inner node, each goes on by itself, together with those that have left earlier tiles
+// (native_open-inl.h). In scenes without instances, each vector first tests the leaf that ended rays in its place in an
+// earlier run, if the tile met that leaf by itself.
 #if defined(HALFLIGHT_NATIVE_TILE_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef HALFLIGHT_NATIVE_TILE_INL
 #undef HALFLIGHT_NATIVE_TILE_INL
@@ -12,9 +13,13 @@
 #endif
 
 #include "engine/rays/native_bundle-inl.h"
+#include "engine/rays/native_open-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace halflight::rays::HWY_NAMESPACE {
+
+/// Greatest number of rays that leave a tile at an inner node, to go on by themselves.
+inline constexpr int kFewInTile = 12;
 
 /// An entry of the stack of a tile: a child of a node, and the rays that meet its box.
 struct TileEntry {
@@ -30,28 +35,36 @@ HWY_INLINE Bits of_vector(std::uint64_t rays, std::size_t vector) {
     return static_cast<Bits>(rays >> (vector * kLanes)) & ((1u << kLanes) - 1);
 }
 
+/// Rays of a tile that go on by themselves.
 template <class Bound>
-HWY_INLINE void search_one_by_one(const NativeJob& job, Bundle& b, std::uint64_t rays, std::uint32_t reference,
-                                  StackEntry* stack) {
-    for (; rays != 0; rays &= rays - 1) {
-        const auto i = static_cast<std::size_t>(std::countr_zero(rays));
-        search_one<Bound, true>(job, b, i, reference, std::bit_cast<std::int32_t>(b.t_min[i]), stack);
+struct Leavers {
+    OpenSearches<Bound, true>& open;
+    StackEntry* stack;
+    std::array<std::uint32_t, kBundle> place;  // of the open search; kNone: the ray has none
+
+    HWY_INLINE Leavers(OpenSearches<Bound, true>& searches, StackEntry* single_stack)
+        : open(searches), stack(single_stack) {
+        place.fill(OpenSearches<Bound, true>::kNone);
+        open.run(kBundle);
     }
-}
+    HWY_INLINE void visit(const NativeJob& job, Bundle& b, std::uint64_t rays, std::uint32_t reference) {
+        for (; rays != 0; rays &= rays - 1) {
+            const auto i = static_cast<std::size_t>(std::countr_zero(rays));
+            if (place[i] == open.kNone) place[i] = open.open(single_ray(b, i), b.path[i], search_of(b, i));
+            if (!open.visit(place[i], reference, 0))
+                search_one<Bound, true>(job, b, i, reference, std::bit_cast<std::int32_t>(b.t_min[i]), stack);
+        }
+    }
+};
 
 /// Tests rays against the pairs of a leaf whose box they meet. Sets `blockers` of vectors with rays that end here.
-template <class Bound>
 HWY_INLINE void test_tile_leaf(const NativeJob& job, Bundle& b, std::uint64_t rays, std::uint32_t leaf,
-                               std::uint32_t place, std::uint32_t* blockers, StackEntry* stack) {
+                               std::uint32_t place, std::uint32_t* blockers) {
     for (std::size_t k = 0; k < kVectors; ++k) {
         const Bits lanes = of_vector(rays, k);
         if (lanes == 0) continue;
         const std::uint64_t found = b.found;
-        if (std::popcount(lanes) > kFew) {
-            test_leaf_lanes<true>(job, b, k, lanes, leaf, FN(0.0f));
-        } else {
-            search_one_by_one<Bound>(job, b, bits_at(k, lanes), leaf, stack);
-        }
+        test_leaf_lanes<true>(job, b, k, lanes, leaf, FN(0.0f));
         if (b.found != found) blockers[k] = place;
     }
 }
@@ -77,7 +90,7 @@ HWY_INLINE void test_blockers(const NativeJob& job, Bundle& b, const std::uint32
 /// Searches the scene for the rays of a tile.
 template <class Bound>
 void search_tile(const NativeJob& job, Bundle& b, const ShaftTest& shaft, std::uint32_t* blockers, TileEntry* stack,
-                 StackEntry* single_stack) {
+                 Leavers<Bound>& leavers) {
     const NativeNode<Bound>* const nodes = nodes_of<Bound>(*job.tree);
     TileEntry* top = stack;
     const auto visit = [&](std::uint32_t index, std::uint64_t rays) HWY_ATTR {
@@ -104,11 +117,11 @@ void search_tile(const NativeJob& job, Bundle& b, const ShaftTest& shaft, std::u
         if (rays == 0) continue;
         const std::uint32_t reference = nodes[entry.place >> 3].reference[entry.place & 7];
         if (shared::is_leaf(reference)) {
-            test_tile_leaf<Bound>(job, b, rays, reference, entry.place, blockers, single_stack);
-        } else if (shared::is_inner_node(reference) && std::popcount(rays) > kFew) {
+            test_tile_leaf(job, b, rays, reference, entry.place, blockers);
+        } else if (shared::is_inner_node(reference) && std::popcount(rays) > kFewInTile) {
             visit(reference & shared::kBvhIndexMask, rays);
         } else {
-            search_one_by_one<Bound>(job, b, rays, reference, single_stack);
+            leavers.visit(job, b, rays, reference);
         }
     }
 }
@@ -116,15 +129,22 @@ void search_tile(const NativeJob& job, Bundle& b, const ShaftTest& shaft, std::u
 /// Traces up to 64 rays together. `blockers` has a leaf for each vector of rays.
 template <class Bound>
 void trace_tile(const NativeJob& job, const std::uint32_t* paths, std::size_t count, std::uint32_t* blockers,
-                TileEntry* stack, StackEntry* single_stack, std::vector<std::uint32_t>& delegated) {
+                TileEntry* stack, StackEntry* single_stack, OpenSearches<Bound, true>& open,
+                std::vector<std::uint32_t>& delegated) {
     const NativeSpace& space = job.tree->spaces.front();
     Bundle b;
     set_rays(b, job, space, paths, count);
     test_blockers<Bound>(job, b, blockers);
     ShaftTest shaft;
+    Leavers<Bound> leavers(open, single_stack);
     if (searching(b) != 0 && make_shaft(b, space, job.tree->format == NodeFormat::grid, shaft))
-        search_tile<Bound>(job, b, shaft, blockers, stack, single_stack);
-    put_rays(job, b, paths, delegated);
+        search_tile<Bound>(job, b, shaft, blockers, stack, leavers);
+    for (std::size_t i = 0; i < count; ++i) {
+        if (leavers.place[i] == open.kNone)
+            put(job, paths[i], search_of(b, i), delegated);
+        else
+            open.add(leavers.place[i], search_of(b, i));
+    }
 }
 
 }  // namespace halflight::rays::HWY_NAMESPACE

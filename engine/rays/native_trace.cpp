@@ -12,6 +12,7 @@
 #include <cmath>
 #include <concepts>
 #include <cstring>
+#include <memory>
 
 #include "engine/rays/native_trace.h"
 #if HWY_MAX_BYTES >= 32
@@ -31,6 +32,7 @@ void trace_entries(const NativeJob& job, std::size_t begin, std::size_t end, std
     static_assert(kLanes >= 8, "blockers_of() counts vectors of 8 rays");
     assert(begin % kBundle == 0 && (!kAny || !job.together || job.blockers));
     std::vector<StackEntry> stacks((kAny ? 1 : 2) * tree.stack_entries);
+    const auto open = std::make_unique<OpenSearches<Bound, kAny>>(job, delegated);
     std::vector<TileEntry> tile_stack(kAny ? tree.stack_entries : 0);
     StackEntry* const stack = stacks.data();
     for (std::size_t from = begin; from < end; from += kBundle) {
@@ -39,14 +41,15 @@ void trace_entries(const NativeJob& job, std::size_t begin, std::size_t end, std
         for (std::size_t i = 0; i < count; ++i)
             paths[i] = job.list ? job.list[from + i] : static_cast<std::uint32_t>(from + i);
         if (!job.together || job.slivers) {
-            trace_singly<Bound, kAny>(job, paths.data(), count, stack, delegated);
+            open_rays<Bound, kAny>(job, paths.data(), count, *open, delegated);
         } else if constexpr (kAny) {
-            trace_tile<Bound>(job, paths.data(), count, job.blockers + from / kLanes, tile_stack.data(), stack,
+            trace_tile<Bound>(job, paths.data(), count, job.blockers + from / kLanes, tile_stack.data(), stack, *open,
                               delegated);
         } else {
             trace_bundle<Bound>(job, paths.data(), count, stack, stack + tree.stack_entries, delegated);
         }
     }
+    open->run(open->kOpen);
 }
 
 void trace(const NativeJob& job, std::size_t begin, std::size_t end, std::vector<std::uint32_t>& delegated) {
