@@ -75,6 +75,13 @@ Json batch_statistics(const rays::BatchStatistics& b) {
                               {"share_of_rays_beyond_leaves", ratio(l.rest_rays, l.rays)},
                               {"share_of_rays_ended_by_remembered_leaves", ratio(l.remembered, l.rays)}};
     }
+    if (const double rays = b.native_alone.rays + b.native_together.rays; rays > 0) {
+        const auto pace = [](const auto& tasks) { return tasks.seconds > 0 ? tasks.rays / tasks.seconds : 0; };
+        json["native"] = {{"rays", rays},
+                          {"share_of_rays_together", b.native_together.rays / rays},
+                          {"rays_per_second_together", pace(b.native_together)},
+                          {"rays_per_second_in_turns", pace(b.native_alone)}};
+    }
     json["state_bytes"] = b.state_bytes;
     return json;
 }

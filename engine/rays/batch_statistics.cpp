@@ -26,6 +26,8 @@ void add(BatchStatistics& to, const BatchStatistics& of) {
     to.lists.rays += of.lists.rays;
     to.lists.rest_rays += of.lists.rest_rays;
     to.lists.remembered += of.lists.remembered;
+    to.native_alone.rays += of.native_alone.rays, to.native_alone.seconds += of.native_alone.seconds;
+    to.native_together.rays += of.native_together.rays, to.native_together.seconds += of.native_together.seconds;
     to.state_bytes += of.state_bytes;
 }
 

@@ -41,6 +41,11 @@ struct BatchStatistics {
         std::uint64_t remembered = 0;  // any-hit rays ended by a leaf remembered from earlier runs
     };
     Lists lists;
+    /// Tasks of native tracing, by the way that rays went: one by one in turns, or 64 together.
+    struct NativeTasks {
+        double rays = 0, seconds = 0;  // sums; seconds: of all threads
+    };
+    NativeTasks native_alone, native_together;
     std::size_t state_bytes = 0;  // bytes of state carried from run to run, sum over places
 };
 

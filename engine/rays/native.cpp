@@ -8,9 +8,9 @@
 
 #include <algorithm>
 #include <charconv>
-#include <chrono>
 #include <cstdlib>
 #include <cstring>
+#include <ctime>
 #include <limits>
 #include <map>
 #include <numeric>
@@ -28,13 +28,20 @@ namespace {
 
 using gpu::Mapping;
 
-constexpr std::size_t kGrain = 512;      // entries of a task: eight tiles
+constexpr std::size_t kGrain = 1024;     // entries of a task: sixteen tiles
 constexpr std::size_t kCompared = 4096;  // most rays of a batch that the plain kernel traces, too
 // The comparison of closest or any hits ends after so many hits, or so many rays if hits are rare.
 constexpr std::size_t kComparedHits = 1024, kComparedRays = 65536;
 
 std::size_t result_bytes(bool any_hit) {
     return any_hit ? sizeof(std::uint32_t) : sizeof(shared::Hit);
+}
+
+/// Returns the CPU time of this thread in seconds, which other programs on the machine do not lengthen.
+double thread_seconds() {
+    std::timespec now{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
 /// Traces listed paths of a batch by the plain kernel, in a pass that has declared the batch.
@@ -64,7 +71,7 @@ int native_threads() {
     return error == std::errc() && *end == '\0' ? std::clamp(asked, 1, most) : most;
 }
 
-/// Times of the tasks of similar batches. They select the faster of two methods: rays one by one, or 64 together.
+/// Times of the tasks of similar batches. They select the faster of two methods: rays in turns, or 64 together.
 class Pace {
   public:
     /// Returns whether a task of the next run traces rays together. The slower method gets a task now and then, so that
@@ -92,14 +99,20 @@ class Pace {
                 rays += static_cast<double>(task.rays);
             }
             if (rays == 0) continue;
+            BatchStatistics::NativeTasks& sum = sums_[together ? 1 : 0];
+            sum.rays += rays, sum.seconds += seconds;
             double& mean = per_ray_[together ? 1 : 0];
             mean = mean == 0 ? seconds / rays : 0.7 * mean + 0.3 * seconds / rays;
         }
         ++runs_;
     }
 
+    const BatchStatistics::NativeTasks& sum(bool together) const { return sums_[together ? 1 : 0]; }
+    void reset_statistics() { sums_[0] = sums_[1] = {}; }
+
   private:
-    double per_ray_[2] = {0, 0};  // seconds per ray one by one and together; 0: unknown
+    BatchStatistics::NativeTasks sums_[2];
+    double per_ray_[2] = {0, 0};  // seconds per ray in turns and together; 0: unknown
     std::size_t runs_ = 0;
 };
 
@@ -163,14 +176,12 @@ struct NativeServer::Parts {
         std::vector<Pace::Task> times(tasks);
         const auto work = [&](const tbb::blocked_range<std::size_t>& range) {
             for (std::size_t i = range.begin(); i != range.end(); ++i) {
-                using Clock = std::chrono::steady_clock;
-                const Clock::time_point start = Clock::now();
+                const double start = thread_seconds();
                 const std::size_t end = std::min(count, (i + 1) * kGrain);
                 NativeJob task = job;
                 task.together = pace.together(i);
                 trace_native(task, i * kGrain, end, left[i]);
-                times[i] = {task.together, std::chrono::duration<double>(Clock::now() - start).count(),
-                            end - i * kGrain};
+                times[i] = {task.together, thread_seconds() - start, end - i * kGrain};
             }
         };
         arena.execute([&] { tbb::parallel_for(tbb::blocked_range<std::size_t>(0, tasks), work); });
@@ -244,6 +255,20 @@ void NativeServer::invalidate() {
 
 std::size_t NativeServer::state_bytes(const RayBatch& batch) const {
     return blockers_of(batch.capacity) * sizeof(std::uint32_t);  // closest hits have none
+}
+
+void NativeServer::reset_statistics() {
+    for (auto& [key, pace] : parts_->paces) pace.reset_statistics();
+}
+
+void NativeServer::add_tasks(const BatchKey& key, BatchStatistics& to) const {
+    for (const bool any_hit : {false, true}) {
+        const auto found = parts_->paces.find({key, any_hit});
+        if (found == parts_->paces.end()) continue;
+        BatchStatistics tasks;
+        tasks.native_alone = found->second.sum(false), tasks.native_together = found->second.sum(true);
+        rays::add(to, tasks);
+    }
 }
 
 const NativeServer::Counts& NativeServer::counts() const {

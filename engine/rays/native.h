@@ -16,6 +16,7 @@
 #include <string>
 
 #include "engine/rays/batch_server.h"
+#include "engine/rays/batch_statistics.h"
 
 namespace halflight::rays {
 
@@ -35,6 +36,7 @@ class NativeServer final : public BatchServer {
                             graph::BufferHandle results, bool any_hit) override;
     void follow(const ServedScene& scene) override;
     void invalidate() override;
+    void reset_statistics() override;
     std::size_t state_bytes(const RayBatch& batch) const override;
     /// Traces a batch in a pass that has declared the batch (read_batch()) and the results (write_results()).
     void trace(graph::Resources& resources, const TraceScene& scene, const RayBatch& batch, graph::BufferHandle results,
@@ -48,6 +50,8 @@ class NativeServer final : public BatchServer {
         std::string note;             // one line about the difference; empty if there is none
     };
     const Counts& counts() const;
+    /// Adds the tasks of a batch since the last reset_statistics() to its statistics.
+    void add_tasks(const BatchKey& key, BatchStatistics& to) const;
     std::size_t bytes() const;  ///< Returns the bytes of the eight-wide nodes.
 
   private:

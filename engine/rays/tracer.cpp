@@ -60,6 +60,7 @@ void Tracer::invalidate() {
 void Tracer::reset_statistics() {
     for (auto& [key, batch] : batches_) batch->reset_statistics();
     if (server_ != nullptr) server_->reset_statistics();
+    if (native_ != nullptr) native_->reset_statistics();
 }
 
 std::vector<BatchStatistics> Tracer::statistics() const {
@@ -71,6 +72,7 @@ std::vector<BatchStatistics> Tracer::statistics() const {
         } else {
             all.push_back(batch->statistics());
         }
+        if (const NativeServer* const server = native(); server != nullptr) server->add_tasks(key, all.back());
         last = key;
     }
     if (const std::string off = note(); !off.empty()) {
@@ -82,8 +84,12 @@ std::vector<BatchStatistics> Tracer::statistics() const {
 }
 
 std::string Tracer::note() const {
-    const auto* const native = native_ != nullptr ? native_ : dynamic_cast<const NativeServer*>(server_);
-    return native != nullptr ? native->counts().note : "";
+    const NativeServer* const server = native();
+    return server != nullptr ? server->counts().note : "";
+}
+
+const NativeServer* Tracer::native() const {
+    return native_ != nullptr ? native_ : dynamic_cast<const NativeServer*>(server_);
 }
 
 bool Tracer::ran_by_tiles(const RayBatch& rays) const {

@@ -64,6 +64,8 @@ class Tracer {
     friend class BatchRun;
     class Batch;
     Batch& batch(const RayBatch& rays);
+    /// Returns the native server that serves batches, or may serve them; null: none.
+    const NativeServer* native() const;
     std::uint64_t first_runs() const;  ///< Returns the number of runs before the first trial of tiles.
 
     const TraceScene& scene_;

@@ -219,6 +219,13 @@ TEST_F(Statistics, DescribeTheTracing) {
             EXPECT_EQ(rays.emplace(batch.at("batch"), alive).first->second, alive) << batch;
             ASSERT_EQ(batch.contains("tile_lists"), batch.at("methods").contains("tiles"));
             EXPECT_TRUE(culling != "raster" || batch.at("state_bytes") > 0);
+            EXPECT_TRUE(culling != "native" || alive == 0 || batch.contains("native")) << batch;
+            if (batch.contains("native")) {
+                const auto& native = batch.at("native");
+                EXPECT_GE(native.at("rays"), alive);  // dead rays are included
+                EXPECT_GE(native.at("share_of_rays_together"), 0);
+                EXPECT_LE(native.at("share_of_rays_together"), 1);
+            }
             if (!batch.contains("tile_lists")) continue;
             const auto& lists = batch.at("tile_lists");
             EXPECT_LE(lists.at("made"), lists.at("wanted"));
