@@ -8,9 +8,9 @@
 
 #include <algorithm>
 #include <charconv>
+#include <chrono>
 #include <cstdlib>
 #include <cstring>
-#include <ctime>
 #include <limits>
 #include <map>
 #include <numeric>
@@ -35,13 +35,6 @@ constexpr std::size_t kComparedHits = 1024, kComparedRays = 65536;
 
 std::size_t result_bytes(bool any_hit) {
     return any_hit ? sizeof(std::uint32_t) : sizeof(shared::Hit);
-}
-
-/// Returns the CPU time of this thread in seconds, which other programs on the machine do not lengthen.
-double thread_seconds() {
-    std::timespec now{};
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
 /// Traces listed paths of a batch by the plain kernel, in a pass that has declared the batch.
@@ -92,17 +85,19 @@ class Pace {
     /// Records the end of a run.
     void ran(const std::vector<Task>& tasks) {
         for (const bool together : {false, true}) {
-            double seconds = 0, rays = 0;
+            std::vector<double> times;  // seconds per ray of the tasks
             for (const Task& task : tasks) {
                 if (task.together != together) continue;
-                seconds += task.seconds;
-                rays += static_cast<double>(task.rays);
+                BatchStatistics::NativeTasks& sum = sums_[together ? 1 : 0];
+                sum.rays += static_cast<double>(task.rays), sum.seconds += task.seconds;
+                times.push_back(task.seconds / static_cast<double>(task.rays));
             }
-            if (rays == 0) continue;
-            BatchStatistics::NativeTasks& sum = sums_[together ? 1 : 0];
-            sum.rays += rays, sum.seconds += seconds;
+            if (times.empty()) continue;
+            // The median leaves out tasks that other programs have interrupted.
+            const auto middle = times.begin() + static_cast<std::ptrdiff_t>(times.size() / 2);
+            std::nth_element(times.begin(), middle, times.end());
             double& mean = per_ray_[together ? 1 : 0];
-            mean = mean == 0 ? seconds / rays : 0.7 * mean + 0.3 * seconds / rays;
+            mean = mean == 0 ? *middle : 0.7 * mean + 0.3 * *middle;
         }
         ++runs_;
     }
@@ -176,12 +171,14 @@ struct NativeServer::Parts {
         std::vector<Pace::Task> times(tasks);
         const auto work = [&](const tbb::blocked_range<std::size_t>& range) {
             for (std::size_t i = range.begin(); i != range.end(); ++i) {
-                const double start = thread_seconds();
+                using Clock = std::chrono::steady_clock;
+                const Clock::time_point start = Clock::now();
                 const std::size_t end = std::min(count, (i + 1) * kGrain);
                 NativeJob task = job;
                 task.together = pace.together(i);
                 trace_native(task, i * kGrain, end, left[i]);
-                times[i] = {task.together, thread_seconds() - start, end - i * kGrain};
+                times[i] = {task.together, std::chrono::duration<double>(Clock::now() - start).count(),
+                            end - i * kGrain};
             }
         };
         arena.execute([&] { tbb::parallel_for(tbb::blocked_range<std::size_t>(0, tasks), work); });

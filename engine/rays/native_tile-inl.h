@@ -19,7 +19,7 @@ HWY_BEFORE_NAMESPACE();
 namespace halflight::rays::HWY_NAMESPACE {
 
 /// Greatest number of rays that leave a tile at an inner node, to go on by themselves.
-inline constexpr int kFewInTile = 12;
+inline constexpr int kFewInTile = 8;
 
 /// An entry of the stack of a tile: a child of a node, and the rays that meet its box.
 struct TileEntry {
