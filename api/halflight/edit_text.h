@@ -1,5 +1,6 @@
 // Edits of a scene as text, as command lines, settings files and scripts of the viewer have them:
 //   light     NAME=KEY:VALUE,...        key=intensity:800,temperature:2700    key=off    key=0.5 (a factor)
+//   new light NAME=kind:KIND,KEY:VALUE,...    fill=kind:spot,position:0,2,0,intensity:50
 //   material  NAME.PROPERTY=VALUE       floor.roughness=0.3    wall.base_color=#8899cc
 //   node      NAME=KEY:VALUE,...        crate=translate:1,0,0,rotate:0,45,0
 //   group     NAME=LIGHT,...            key=sun,lamp*    each
@@ -39,14 +40,22 @@ std::string text(const NodeEdit& edit);
 /// Returns the value of a property.
 std::string property_text(std::span<const float> values);
 
-/// Returns the edit of a name, which is added if there is none. It is the last one of that name.
+/// Returns the edit of a name, which is added if there is none. It is the last one of that name, or that of an added
+/// light.
 LightEdit& light_edit(SceneEdits& edits, const std::string& name);
+/// Returns the edit that light_edit() gives; null if there is none yet.
+const LightEdit* find_light_edit(const SceneEdits& edits, std::string_view name);
 MaterialEdit& material_edit(SceneEdits& edits, const std::string& name);
 NodeEdit& node_edit(SceneEdits& edits, const std::string& name);
 
 /// Adds an edit in the form above. Keys that earlier edits of the same name have set, and this one does not, stay.
 /// Throws Error about `source`, the option or the element of a file, which errors about the scene name later.
 void add_light_edit(SceneEdits& edits, const std::string& source, const std::string& text);
+/// Returns the kind of a name. Throws Error about the subject for other words.
+LampKind lamp_kind(const std::string& subject, std::string_view text);
+/// Adds a light, in the form above. Throws Error about the source for other texts; check_edits() finds names that are
+/// taken, and values that the kind has not.
+void add_new_light(SceneEdits& edits, const std::string& source, const std::string& text);
 /// Returns SceneEdits::straight_glass for "straight" or "bent". Throws Error about the source for other words.
 bool glass_shadows_of(const std::string& source, std::string_view text);
 void add_material_edit(SceneEdits& edits, const std::string& source, const std::string& text);

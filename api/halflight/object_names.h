@@ -20,6 +20,8 @@ struct NamedObjects {
     bool finds(std::size_t index) const { return left_out.empty() || !left_out[index]; }
 };
 
+NamedObjects lights_of(std::span<const PunctualLight> lights);
+/// Lists Scene::lights before the surfaces that edits add. Materials and meshes that edits add are left out.
 NamedObjects lights_of(const Scene& scene);
 NamedObjects materials_of(const Scene& scene);
 NamedObjects meshes_of(const Scene& scene);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <string>
@@ -21,29 +22,55 @@ inline constexpr EditRange kEditFactor{0, 1e9};            ///< factors of inten
 inline constexpr EditRange kEditColor{0, 1};               ///< channels of colours and tints, linear Rec.709
 inline constexpr EditRange kEditPosition{-1e12, 1e12};     ///< coordinates of lights, metres
 inline constexpr EditRange kEditRotation{-1e6, 1e6};       ///< degrees
-inline constexpr EditRange kEditIntensity{0, 1e12};        ///< candela or lux
+inline constexpr EditRange kEditIntensity{0, 1e12};        ///< candela, lux or nits
 inline constexpr EditRange kEditTemperature{1000, 40000};  ///< kelvin
 inline constexpr EditRange kEditScale{-1e6, 1e6};          ///< factors of lengths, not 0
 inline constexpr EditRange kEditRadius{0, 1e9};            ///< metres
 inline constexpr EditRange kEditAngle{0, 179};             ///< degrees
+inline constexpr EditRange kEditCone{0, 90};               ///< degrees
+inline constexpr EditRange kEditSize{1e-6, 1e9};           ///< metres, of rectangles and discs
 
-/// Edit of one punctual light. Optional members replace the light's own value.
+/// Edit of one light. Optional members replace the light's own value.
 struct LightEdit {
     float factor = 1;                  // factor of the intensity, kEditFactor
     std::optional<vec3> color{};       // colour, kEditColor; white has the intensity of the light's largest channel
     std::optional<dvec3> position{};   // world position, kEditPosition; without effect on directional lights
     std::optional<dvec3> direction{};  // unit, direction in which light travels; without effect on point lights
-    std::optional<float> intensity{};  // intensity of the largest channel, cd or lux, kEditIntensity
+    std::optional<float> intensity{};  // intensity of the largest channel, cd, lux or nits, kEditIntensity
     // Temperature of a black body, kelvin, kEditTemperature. Its colour (black_body_color()) replaces the light's own;
     // not together with `color`.
     std::optional<float> temperature{};
     std::optional<float> radius{};  // metres, kEditRadius: the ball that emits the light; not for directional lights
     std::optional<float> angle{};   // degrees, kEditAngle: diameter of the disc in the sky, of directional lights alone
+    // Degrees from the direction to where the light of a spot begins to fall off, and to where it ends, kEditCone;
+    // inner < outer.
+    std::optional<float> inner{}, outer{};
+    std::optional<vec2> size{};  // metres, kEditSize: width and height of a rectangle, twice the diameter of a disc
     // File of a light profile (IES LM-63), in place of the own distribution (empty); not for directional lights. The
     // intensity becomes the greatest of the file unless `intensity` is given; the colour stays.
     std::string ies{};
     bool off = false;
     bool operator==(const LightEdit&) const = default;
+};
+
+enum class LampKind : std::uint8_t { point, spot, sun, rectangle, disc };
+/// Returns the name of a kind in edits: "point", "spot", "sun", "rectangle", "disc".
+const char* name(LampKind kind);
+/// Returns whether lamps of a kind are surfaces, which shine to one side.
+constexpr bool is_area(LampKind kind) {
+    return kind == LampKind::rectangle || kind == LampKind::disc;
+}
+
+/// A lamp that an edit adds. Before `edit` it is white, has an intensity of 1 and shines straight down. Members of
+/// `edit` that do not suit its kind are not allowed.
+struct AddedLamp {
+    std::string name;  // unlike that of any other light, no number, without *, ? and commas
+    LampKind kind = LampKind::point;
+    LightEdit edit{};      // `position` is necessary, except for suns
+    std::string source{};  // like NamedEdit::source
+    bool operator==(const AddedLamp& other) const {
+        return name == other.name && kind == other.kind && edit == other.edit;
+    }
 };
 
 /// Edit of a node, of what hangs below it, and of the lights among them. Relative edits follow animations: the node is
@@ -116,6 +143,9 @@ struct SceneEdits {
     // object_to_world by index into Scene::instances, affine, in place of animated transforms. An instance that an
     // animated scale of 0 hides may stay hidden.
     std::map<std::size_t, dmat4> transforms{};
+    // Lamps behind the lights of the scene, with names of their own. `lights` names none of them alone: light_edit()
+    // gives their own edit.
+    std::vector<AddedLamp> added_lights{};
     std::vector<NamedEdit<LightEdit>> lights{};
     std::vector<NamedEdit<MaterialEdit>> materials{};  // they replace animated values at all times
     std::vector<NamedEdit<NodeEdit>> nodes{};
@@ -133,12 +163,19 @@ struct SceneEdits {
     bool operator==(const SceneEdits&) const = default;
 };
 
-/// Colour and intensity (cd or lux) of a light, whose product is PunctualLight::intensity.
+/// Colour and intensity (cd, lux or nits) of a light, whose product is PunctualLight::intensity.
 struct LightColor {
     vec3 color;       // colour, largest channel 1; white if the light is off
     float intensity;  // >= 0
 };
 LightColor color_of(const PunctualLight& light);
+
+/// Returns the lamps that edits add, in the order in which edits find them: surfaces come last.
+std::vector<const AddedLamp*> lamps_in_order(const SceneEdits& edits);
+/// Returns a lamp before its own edit. Surfaces are spots, which have a position and a direction, too.
+PunctualLight plain_light(const AddedLamp& lamp);
+/// Returns the size of a lamp that is a surface, after all edits of lights that name it.
+vec2 size_of(const AddedLamp& lamp, const SceneEdits& edits);
 
 /// Returns the profile that LightEdit::ies names; null if no edit has added it.
 const LightProfile* profile_of_file(const Scene& scene, const std::string& path);

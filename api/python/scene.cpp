@@ -8,6 +8,7 @@
 #include <variant>
 
 #include "api/python/bindings.h"
+#include "api/scene/added_surfaces.h"
 #include "api/scene/scene_names.h"
 #include "engine/io/files.h"
 #include "engine/scene/light_types.h"
@@ -99,6 +100,23 @@ void edit_light(PyScene& s, const std::string& which, const Texts& values) {
     edit(s, [&](SceneEdits& edits, const Scene&) {
         LightEdit& light = light_edit(edits, which);
         for (const auto& [key, text] : values) set_key(light, fmt::format("light '{}'", which), key, text);
+    });
+}
+
+void add_light(PyScene& s, const std::string& name, const std::string& kind, const Texts& values) {
+    edit(s, [&](SceneEdits& edits, const Scene&) {
+        const std::string subject = fmt::format("light '{}'", name);
+        AddedLamp lamp{name, lamp_kind(subject, kind)};
+        for (const auto& [key, text] : values) set_key(lamp.edit, subject, key, text);
+        edits.added_lights.push_back(std::move(lamp));
+    });
+}
+
+void remove_light(PyScene& s, const std::string& name) {
+    edit(s, [&](SceneEdits& edits, const Scene& scene) {
+        if (std::erase_if(edits.added_lights, [&](const AddedLamp& lamp) { return lamp.name == name; }) == 0)
+            throw Error(scene.name, "there is no added light '{}'; edit_light(..., off=True) switches others off",
+                        name);
     });
 }
 
@@ -219,7 +237,8 @@ py::dict light(const Scene& scene, const PunctualLight& l) {
     return py::dict(py::arg("name") = l.name, py::arg("type") = row_of(l.type).name,
                     py::arg("intensity") = triple(l.intensity), py::arg("position") = triple(l.position),
                     py::arg("direction") = triple(l.direction), py::arg("radius") = l.radius,
-                    py::arg("angle") = glm::degrees(l.angle), py::arg("profile") = profile);
+                    py::arg("angle") = glm::degrees(l.angle), py::arg("inner") = glm::degrees(l.inner_cone),
+                    py::arg("outer") = glm::degrees(l.outer_cone), py::arg("profile") = profile);
 }
 
 /// Returns the transform of an instance with its edits; its own one if it is hidden.
@@ -289,6 +308,12 @@ void bind_scene(py::module_& module) {
                                    py::list all;
                                    const Scene& scene = s.readable().scene();
                                    for (const PunctualLight& l : scene.lights) all.append(light(scene, l));
+                                   for (const AreaLamp& lamp : area_lamps_of(scene)) {
+                                       py::dict one = light(scene, lamp.light);
+                                       one["type"] = name(lamp.disc ? LampKind::disc : LampKind::rectangle);
+                                       one["size"] = std::make_pair(lamp.size.x, lamp.size.y);
+                                       all.append(std::move(one));
+                                   }
                                    return all;
                                })
         .def_property_readonly("bounds",
@@ -302,6 +327,8 @@ void bind_scene(py::module_& module) {
         .def("material", &material)
         .def("transform", &transform)
         .def("edit_light", &edit_light)
+        .def("add_light", &add_light)
+        .def("remove_light", &remove_light)
         .def("edit_material", &edit_material)
         .def("edit_node", &edit_node)
         .def("hide", &hide)

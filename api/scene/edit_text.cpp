@@ -84,13 +84,20 @@ std::string joined(const V& v) {
     return joined(&v[0], V::length());
 }
 
+vec2 size_of(const std::string& subject, const std::vector<float>& values) {
+    if (values.size() > 2) throw Error(subject, "expects one number or two, not {}", values.size());
+    for (const float value : values) check_range(subject, double{value}, kEditSize);
+    return {values.front(), values.back()};
+}
+
 using L = LightEdit;
 constexpr std::array kLightKeys = {
     EditKey<L>{"factor", "X", "factor of the intensity",
                [](L& e, const std::string& s, const std::string& t) { e.factor = number<float>(s, t, kEditFactor); },
                [](const L& e) { return e.factor == 1 ? "" : fmt::format("{}", e.factor); }},
     EditKey<L>{
-        "intensity", "X", "intensity in place of the light's own: candela, or lux of a directional light",
+        "intensity", "X",
+        "intensity in place of the light's own: candela, lux of a directional light, nits of a surface",
         [](L& e, const std::string& s, const std::string& t) { e.intensity = number<float>(s, t, kEditIntensity); },
         [](const L& e) { return e.intensity ? fmt::format("{}", *e.intensity) : ""; }},
     EditKey<L>{"color", "R,G,B", "colour, linear Rec.709 from 0 to 1, #rrggbb or a name such as orange",
@@ -121,6 +128,15 @@ constexpr std::array kLightKeys = {
     EditKey<L>{"angle", "X", "diameter of a directional light in the sky, degrees: 0.53 is the sun",
                [](L& e, const std::string& s, const std::string& t) { e.angle = number<float>(s, t, kEditAngle); },
                [](const L& e) { return e.angle ? fmt::format("{}", *e.angle) : ""; }},
+    EditKey<L>{"inner", "X", "angle at which the light of a spot begins to fall off, degrees from its direction",
+               [](L& e, const std::string& s, const std::string& t) { e.inner = number<float>(s, t, kEditCone); },
+               [](const L& e) { return e.inner ? fmt::format("{}", *e.inner) : ""; }},
+    EditKey<L>{"outer", "X", "angle at which the light of a spot ends, degrees from its direction, more than inner",
+               [](L& e, const std::string& s, const std::string& t) { e.outer = number<float>(s, t, kEditCone); },
+               [](const L& e) { return e.outer ? fmt::format("{}", *e.outer) : ""; }},
+    EditKey<L>{"size", "S or X,Y", "width and height of a rectangle, or the diameter of a disc, that is added, metres",
+               [](L& e, const std::string& s, const std::string& t) { e.size = size_of(s, numbers<float>(s, t)); },
+               [](const L& e) { return e.size ? joined(*e.size) : ""; }},
     EditKey<L>{"ies", "FILE", "light profile of a point or spot, an IES LM-63 file: intensity by direction, candela",
                [](L& e, const std::string& s, const std::string& t) {
                    if (t.empty() || t.find('\0') != std::string::npos) throw Error(s, "expects a file");
@@ -223,6 +239,12 @@ Edit& find_or_add(std::vector<NamedEdit<Edit>>& edits, const std::string& name, 
     return edits.back().edit;
 }
 
+/// Returns the edit of a light, that of an added one included.
+LightEdit& find_or_add_light(SceneEdits& edits, const std::string& name, const std::string& source = {}) {
+    const auto added = std::ranges::find(edits.added_lights, name, &AddedLamp::name);
+    return added == edits.added_lights.end() ? find_or_add(edits.lights, name, source) : added->edit;
+}
+
 void add_link(std::vector<LightLink>& links, const std::string& source, const std::string& text) {
     constexpr const char* kForm = "LIGHT=OBJECT,... or LIGHT=-OBJECT,...";
     const auto [light, rest] = split_name(source, text, kForm);
@@ -287,7 +309,14 @@ std::string property_text(std::span<const float> values) {
 }
 
 LightEdit& light_edit(SceneEdits& edits, const std::string& name) {
-    return find_or_add(edits.lights, name);
+    return find_or_add_light(edits, name);
+}
+
+const LightEdit* find_light_edit(const SceneEdits& edits, std::string_view name) {
+    const auto added = std::ranges::find(edits.added_lights, name, &AddedLamp::name);
+    if (added != edits.added_lights.end()) return &added->edit;
+    const auto named = std::ranges::find(edits.lights, name, &NamedEdit<LightEdit>::name);
+    return named == edits.lights.end() ? nullptr : &named->edit;
 }
 
 MaterialEdit& material_edit(SceneEdits& edits, const std::string& name) {
@@ -301,9 +330,37 @@ NodeEdit& node_edit(SceneEdits& edits, const std::string& name) {
 void add_light_edit(SceneEdits& edits, const std::string& source, const std::string& text) {
     const auto [name, rest] = split_name(source, text, "NAME=KEY:VALUE,... or NAME=off");
     const std::string subject = fmt::format("{}: {}", source, name);
-    LightEdit parsed = find_or_add(edits.lights, name, source);
+    LightEdit parsed = find_or_add_light(edits, name, source);
     for (const auto& [key, value] : split_keys(rest)) set_key(parsed, subject, key.empty() ? "factor" : key, value);
     light_edit(edits, name) = parsed;
+}
+
+LampKind lamp_kind(const std::string& subject, std::string_view text) {
+    std::vector<std::string> names;
+    for (const LampKind kind : {LampKind::point, LampKind::spot, LampKind::sun, LampKind::rectangle, LampKind::disc}) {
+        names.emplace_back(name(kind));
+        if (names.back() == text) return kind;
+    }
+    throw Error(subject, "kind: '{}' is none of {}{}", text, fmt::join(names, ", "), did_you_mean(text, names));
+}
+
+void add_new_light(SceneEdits& edits, const std::string& source, const std::string& text) {
+    constexpr const char* kForm = "NAME=kind:KIND,KEY:VALUE,...";
+    const auto [name, rest] = split_name(source, text, kForm);
+    const std::string subject = fmt::format("{}: {}", source, name);
+    AddedLamp lamp;
+    lamp.name = name, lamp.source = source;
+    bool has_kind = false;
+    for (const auto& [key, value] : split_keys(rest)) {
+        if (key != "kind")
+            set_key(lamp.edit, subject, key, value);
+        else if (std::exchange(has_kind, true))
+            throw Error(subject, "has two kinds");
+        else
+            lamp.kind = lamp_kind(subject, value);
+    }
+    if (!has_kind) throw Error(source, "expects {}, not '{}'", kForm, text);
+    edits.added_lights.push_back(std::move(lamp));
 }
 
 bool glass_shadows_of(const std::string& source, std::string_view text) {

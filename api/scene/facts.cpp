@@ -7,6 +7,7 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 
+#include "api/scene/added_surfaces.h"
 #include "engine/core/error.h"
 #include "engine/core/memory_ledger.h"
 #include "engine/device/scene_view.h"
@@ -80,6 +81,12 @@ Json lights(const Scene& scene) {
         if (light.radius > 0) punctual.back()["radius"] = light.radius;  // metres
         if (light.angle > 0) punctual.back()["angle_degrees"] = glm::degrees(light.angle);
     }
+    for (const AreaLamp& lamp : area_lamps_of(scene))
+        punctual.push_back({{"name", lamp.light.name},
+                            {"type", name(lamp.disc ? LampKind::disc : LampKind::rectangle)},
+                            {"intensity", triple(lamp.light.intensity)},
+                            {"unit", "nits"},
+                            {"size", {lamp.size.x, lamp.size.y}}});  // metres
     return {{"emissive_triangles", instanced_triangles(scene, has_emission)},
             {"punctual", punctual},
             {"environment", scene.environment.black() ? Json(nullptr) : triple(scene.environment.color)}};

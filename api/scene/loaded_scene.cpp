@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "api/first_picture/default_camera.h"
+#include "api/scene/added_surfaces.h"
 #include "api/scene/blocked_light.h"
-#include "api/scene/ground.h"
 #include "api/scene/light_groups.h"
 #include "api/scene/paged_edits.h"
 #include "api/scene/scene_cache.h"
@@ -299,7 +299,7 @@ void LoadedScene::apply_edits() {
 }
 
 void LoadedScene::restore_unedited() {
-    remove_ground(scene_);
+    remove_added(scene_);
     if (!unedited_) return;
     scene_.materials = unedited_->materials;
     scene_.lights = unedited_->lights;
@@ -358,7 +358,7 @@ void LoadedScene::set_camera(const CameraChoice& camera) {
 
 void LoadedScene::choose(const rays::LazyProbe* probe) {
     {
-        const WithoutGround seen(scene_);
+        const WithoutAdded seen(scene_);
         camera_ = choose_camera(scene_, camera_choice_, probe);
     }
     frame_motion();
@@ -404,7 +404,7 @@ void LoadedScene::frame_motion() {
 void LoadedScene::pose(double seconds) {
     if (!surfaces_move_ || seconds == posed_at_) return;
     posed_at_.reset();  // an edit may not suit the pose; the next call poses again
-    remove_ground(scene_);
+    remove_added(scene_);
     file_->pose(scene_, seconds);
     drop_empty_instances();
     scene_.lights.insert(scene_.lights.end(), suns_.begin(), suns_.end());

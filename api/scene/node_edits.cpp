@@ -234,14 +234,33 @@ bool change_surfaces(const SceneEdits& edits) {
     return surface_edits(edits) != SceneEdits();
 }
 
+namespace {
+
+/// Returns the part of an edit that decides where the surface of a light is, and whether it is there.
+LightEdit shape_of(const LightEdit& edit) {
+    LightEdit shape{.position = edit.position, .direction = edit.direction, .size = edit.size};
+    shape.off = edit.off || edit.factor == 0;
+    if (edit.color == vec3(0)) shape.color = edit.color;
+    if (edit.intensity) shape.intensity = *edit.intensity > 0 ? 1.0f : 0.0f;
+    return shape;
+}
+
+}  // namespace
+
 SceneEdits surface_edits(const SceneEdits& edits) {
     SceneEdits part;
+    for (const AddedLamp& lamp : edits.added_lights)
+        if (is_area(lamp.kind)) part.added_lights.push_back({lamp.name, lamp.kind, shape_of(lamp.edit)});
+    if (!part.added_lights.empty())  // patterns may find them
+        for (const auto& [name, edit, source] : edits.lights)
+            if (const LightEdit shape = shape_of(edit); shape != LightEdit()) part.lights.push_back({name, shape});
     part.transforms = edits.transforms;
     part.nodes = edits.nodes;
     part.catchers = edits.catchers;
     part.ground = edits.ground, part.ground_height = edits.ground_height;
-    std::ranges::copy_if(edits.hidden, std::back_inserter(part.hidden),
-                         [](const ObjectName& h) { return !h.name.starts_with("light:"); });
+    std::ranges::copy_if(edits.hidden, std::back_inserter(part.hidden), [&](const ObjectName& h) {
+        return !h.name.starts_with("light:") || !part.added_lights.empty();
+    });
     return part;
 }
 

@@ -8,16 +8,17 @@
 #include <map>
 #include <optional>
 
+#include "api/scene/added_surfaces.h"
 #include "engine/core/error.h"
 #include "engine/core/suggestion.h"
 
 namespace halflight {
 namespace {
 
-template <class T>
-NamedObjects named(const char* kind, const std::vector<T>& objects) {
+template <class Objects>
+NamedObjects named(const char* kind, const Objects& objects) {
     NamedObjects all{kind, {}};
-    for (const T& object : objects) all.names.emplace_back(object.name);
+    for (const auto& object : objects) all.names.emplace_back(object.name);
     return all;
 }
 
@@ -37,24 +38,25 @@ std::vector<std::size_t> indices_where(const NamedObjects& objects, const Matche
     return found;
 }
 
-/// Removes the last name, that of a ground, if the scene has one.
-NamedObjects without_ground(NamedObjects objects, const Scene& scene) {
-    if (!scene.instances.empty() && scene.instances.back().added) objects.names.pop_back();
-    return objects;
-}
-
 }  // namespace
 
+NamedObjects lights_of(std::span<const PunctualLight> lights) {
+    return named("light", lights);
+}
+
 NamedObjects lights_of(const Scene& scene) {
-    return named("light", scene.lights);
+    NamedObjects lights = lights_of(scene.lights);
+    for (std::size_t i = own_parts(scene).instances; i < scene.instances.size(); ++i)
+        if (!scene.instances[i].catcher) lights.names.emplace_back(scene.instances[i].name);
+    return lights;
 }
 
 NamedObjects materials_of(const Scene& scene) {
-    return without_ground(named("material", scene.materials), scene);
+    return named("material", std::span(scene.materials).first(own_parts(scene).materials));
 }
 
 NamedObjects meshes_of(const Scene& scene) {
-    return without_ground(named("mesh", scene.meshes), scene);
+    return named("mesh", std::span(scene.meshes).first(own_parts(scene).meshes));
 }
 
 NamedObjects nodes_of(const SceneTree& tree) {

@@ -30,8 +30,8 @@ void check_no_moved_surfaces(const SceneEdits& edits, const std::string& file) {
     if (change_surfaces(edits))
         throw Error(
             file,
-            "nodes, transforms, hidden surfaces, shadow catchers and a ground cannot change with pages (light:NAME "
-            "hides a light)");
+            "nodes, transforms, hidden surfaces, shadow catchers, a ground, rectangles and discs cannot change with "
+            "pages (light:NAME hides a light)");
     if (!edits.light_links.empty() || !edits.shadow_links.empty())
         throw Error(file, "light links and shadow links need the scene in memory, not in pages");
 }

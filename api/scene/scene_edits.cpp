@@ -1,6 +1,8 @@
 #include "api/halflight/scene_edits.h"
 
 #include <algorithm>
+#include <array>
+#include <cctype>
 #include <cmath>
 #include <deque>
 #include <mutex>
@@ -8,7 +10,7 @@
 #include <utility>
 
 #include "api/halflight/object_names.h"
-#include "api/scene/ground.h"
+#include "api/scene/added_surfaces.h"
 #include "api/scene/light_groups.h"
 #include "api/scene/light_links.h"
 #include "api/scene/node_edits.h"
@@ -84,6 +86,9 @@ void check(const LightEdit& edit, const std::string& light) {
     if (edit.temperature) check(light, "temperature", *edit.temperature, kEditTemperature);
     check(light, "radius", edit.radius.value_or(0), kEditRadius);
     check(light, "angle", edit.angle.value_or(0), kEditAngle);
+    check(light, "inner", edit.inner.value_or(0), kEditCone);
+    check(light, "outer", edit.outer.value_or(0), kEditCone);
+    for (int i = 0; i < 2; ++i) check(light, "size", edit.size.value_or(vec2(1))[i], kEditSize);
     if (edit.temperature && edit.color) throw Error(light, "has both a color and a temperature");
     if (edit.direction && !(std::abs(glm::length(*edit.direction) - 1) <= 1e-6))
         throw Error(light, "direction: is not of unit length");
@@ -108,6 +113,11 @@ void apply(const LightEdit& edit, PunctualLight& light, const LightProfile* prof
     light.position = edit.position.value_or(light.position);
     light.radius = edit.radius.value_or(light.radius);
     if (edit.angle) light.angle = glm::radians(*edit.angle);
+    if (light.type == LightType::spot) {
+        const auto cone = [](float degrees) { return std::min(glm::radians(degrees), float(kPi / 2)); };
+        if (edit.inner) light.inner_cone = cone(*edit.inner);
+        if (edit.outer) light.outer_cone = cone(*edit.outer);
+    }
     if (edit.direction) {
         const vec3 before = std::exchange(light.direction, glm::normalize(vec3(*edit.direction)));
         turn_profile_axes(light, before);
@@ -152,6 +162,58 @@ void for_each_named(const std::vector<NamedEdit<Edit>>& edits, const NamedObject
     }
 }
 
+/// Throws Error unless an added lamp has what its kind needs, and no more.
+void check(const AddedLamp& lamp, const std::string& subject) {
+    constexpr std::string_view kNoName = "*?,";
+    const auto is_control = [](unsigned char c) { return std::iscntrl(c) != 0; };
+    if (lamp.name.find_first_not_of("0123456789") == std::string::npos ||
+        lamp.name.find_first_of(kNoName) != std::string::npos || std::ranges::any_of(lamp.name, is_control))
+        throw Error(subject, "'{}' cannot name a light: names are no numbers, and have no *, ? and commas", lamp.name);
+    const LightEdit& e = lamp.edit;
+    const bool sun = lamp.kind == LampKind::sun, spot = lamp.kind == LampKind::spot;
+    const bool point = lamp.kind == LampKind::point, bulb = spot || point;
+    if (!sun && !e.position) throw Error(subject, "a {} needs a position", name(lamp.kind));
+    const std::pair<const char*, bool> kUnfit[] = {{"position", sun && e.position},
+                                                   {"direction", point && e.direction && e.ies.empty()},
+                                                   {"radius", !bulb && e.radius},
+                                                   {"angle", !sun && e.angle},
+                                                   {"inner", !spot && e.inner},
+                                                   {"outer", !spot && e.outer},
+                                                   {"size", !is_area(lamp.kind) && e.size},
+                                                   {"profile", !bulb && !e.ies.empty()}};
+    for (const auto& [key, given] : kUnfit)
+        if (given) throw Error(subject, "a {} has no {}", name(lamp.kind), key);
+}
+
+/// Appends the lights that edits add. Throws Error for names that are taken.
+void append_added(const SceneEdits& edits, Scene& scene, const std::string& subject) {
+    std::vector<PunctualLight> lights;
+    for (const AddedLamp* lamp : lamps_in_order(edits)) {
+        const std::string where = where_of(lamp->source, scene, subject);
+        if (std::ranges::count(edits.added_lights, lamp->name, &AddedLamp::name) > 1)
+            throw Error(where, "light '{}' is added twice", lamp->name);
+        if (std::ranges::find(scene.lights, lamp->name, &PunctualLight::name) != scene.lights.end())
+            throw Error(where, "light '{0}' cannot be added: the scene has a light '{0}'", lamp->name);
+        check(*lamp, fmt::format("{}: light '{}'", where, lamp->name));
+        lights.push_back(plain_light(*lamp));
+    }
+    std::ranges::move(lights, std::back_inserter(scene.lights));
+}
+
+/// Calls f(index, edit, subject) for each light and edit, in the order in which they apply. The scene has the added
+/// lights.
+template <class F>
+void for_each_light(const SceneEdits& edits, const Scene& scene, const std::string& subject, const F& f) {
+    std::size_t index = scene.lights.size() - edits.added_lights.size();
+    for (const AddedLamp* lamp : lamps_in_order(edits)) {
+        const std::string where = where_of(lamp->source, scene, subject);
+        f(index++, lamp->edit, fmt::format("{}: light '{}'", where, lamp->name));
+        if (std::ranges::find(edits.lights, lamp->name, &NamedEdit<LightEdit>::name) != edits.lights.end())
+            throw Error(where, "light '{}' has a further edit, whose values belong to the added light", lamp->name);
+    }
+    for_each_named(edits.lights, lights_of(scene), scene, subject, f);
+}
+
 /// Throws Error if an edit of a light names an emissive material, which users may take for a light.
 void check_no_emission(const SceneEdits& edits, const Scene& scene, const std::string& subject) {
     for (const auto& [name, edit, source] : edits.lights) {
@@ -187,12 +249,14 @@ LightProfile kept_profile(const std::string& path) {
     return profile;
 }
 
-/// Adds the profile of an edit to `profiles` unless the list or the scene has it already.
-void read_profile(const LightEdit& edit, const Scene& scene, std::size_t light, const std::string& where,
-                  std::vector<LightProfile>& profiles) {
+/// Adds the profile of an edit to `profiles` unless the list or the scene has it already. The last `areas` lights of
+/// the scene are surfaces.
+void read_profile(const LightEdit& edit, const Scene& scene, std::size_t light, std::size_t areas,
+                  const std::string& where, std::vector<LightProfile>& profiles) {
     if (edit.ies.empty()) return;
-    if (scene.lights[light].type == LightType::directional)
-        throw Error(where, "ies: a directional light has no profile");
+    const bool is_surface = light + areas >= scene.lights.size();
+    if (is_surface || scene.lights[light].type == LightType::directional)
+        throw Error(where, "ies: a {} has no profile", is_surface ? "surface" : "directional light");
     const bool known = std::ranges::find(profiles, edit.ies, &LightProfile::path) != profiles.end();
     if (known || profile_of_file(scene, edit.ies)) return;
     try {
@@ -202,7 +266,8 @@ void read_profile(const LightEdit& edit, const Scene& scene, std::size_t light, 
     }
 }
 
-/// Checks everything but nodes and hidden names. Returns the profiles of edits that the scene does not have yet.
+/// Checks everything but nodes and hidden names. The scene has the added lights. Returns the profiles of edits that the
+/// scene does not have yet.
 std::vector<LightProfile> check_values(const SceneEdits& edits, const Scene& scene, const std::string& subject) {
     check(subject, "rotation of the environment", edits.environment_rotation, kEditRotation);
     check(subject, "intensity of the environment", edits.environment_intensity, kEditFactor);
@@ -213,11 +278,18 @@ std::vector<LightProfile> check_values(const SceneEdits& edits, const Scene& sce
     check(subject, "height of the ground", edits.ground_height.value_or(0), kEditPosition);
     check_no_emission(edits, scene, subject);
     std::vector<LightProfile> profiles;
-    for_each_named(edits.lights, lights_of(scene), scene, subject,
-                   [&](std::size_t index, const LightEdit& edit, const std::string& where) {
-                       check(edit, where);
-                       read_profile(edit, scene, index, where, profiles);
-                   });
+    std::vector<PunctualLight> lights = scene.lights;
+    const auto areas = static_cast<std::size_t>(
+        std::ranges::count_if(edits.added_lights, [](const AddedLamp& lamp) { return is_area(lamp.kind); }));
+    for_each_light(edits, scene, subject, [&](std::size_t index, const LightEdit& edit, const std::string& where) {
+        check(edit, where);
+        read_profile(edit, scene, index, areas, where, profiles);
+        PunctualLight& light = lights[index];
+        apply(edit, light);
+        if (light.type == LightType::spot && (edit.inner || edit.outer) && !(light.inner_cone < light.outer_cone))
+            throw Error(where, "inner: {} degrees is not less than outer, {} degrees", glm::degrees(light.inner_cone),
+                        glm::degrees(light.outer_cone));
+    });
     for_each_named(edits.materials, materials_of(scene), scene, subject,
                    [&](std::size_t index, const MaterialEdit& edit, const std::string& where) {
                        Material material = scene.materials[index];
@@ -240,11 +312,52 @@ const LightProfile* profile_of_file(const Scene& scene, const std::string& path)
     return found == scene.light_profiles.end() ? nullptr : &*found;
 }
 
-void check_edits(const SceneEdits& edits, const Scene& scene, const SceneTree& tree, const std::string& source) {
-    check_values(edits, scene, subject_of(scene, source));
-    find_light_groups(edits, scene, tree, subject_of(scene, source));
-    find_light_links(edits, scene, tree, subject_of(scene, source));
-    move_objects(edits, scene, tree, subject_of(scene, source));
+const char* name(LampKind kind) {
+    constexpr std::array kNames = {"point", "spot", "sun", "rectangle", "disc"};
+    return kNames.at(static_cast<std::size_t>(kind));
+}
+
+std::vector<const AddedLamp*> lamps_in_order(const SceneEdits& edits) {
+    std::vector<const AddedLamp*> lamps;
+    for (const AddedLamp& lamp : edits.added_lights) lamps.push_back(&lamp);
+    std::ranges::stable_partition(lamps, [](const AddedLamp* lamp) { return !is_area(lamp->kind); });
+    return lamps;
+}
+
+PunctualLight plain_light(const AddedLamp& lamp) {
+    PunctualLight light;
+    light.name = lamp.name;
+    light.type = lamp.kind == LampKind::point ? LightType::point
+                 : lamp.kind == LampKind::sun ? LightType::directional
+                                              : LightType::spot;
+    light.direction = {0, -1, 0};
+    light.up = {0, 0, -1};
+    return light;
+}
+
+vec2 size_of(const AddedLamp& lamp, const SceneEdits& edits) {
+    vec2 size = lamp.edit.size.value_or(vec2(1));
+    for (const auto& [name, edit, source] : edits.lights)
+        if (edit.size && matches_pattern(name, lamp.name)) size = *edit.size;
+    return size;
+}
+
+void check_edits(const SceneEdits& edits, const Scene& own, const SceneTree& tree, const std::string& source) {
+    const std::string subject = subject_of(own, source);
+    const auto check_all = [&](const Scene& scene) {
+        check_values(edits, scene, subject);
+        find_light_groups(edits, scene, tree, subject);
+        find_light_links(edits, scene, tree, subject);
+        move_objects(edits, scene, tree, subject);
+    };
+    if (edits.added_lights.empty()) return check_all(own);
+    Scene scene;  // a copy without the contents of meshes and images
+    scene.name = own.name;
+    scene.lights = own.lights, scene.light_profiles = own.light_profiles;
+    scene.materials = own.materials, scene.instances = own.instances;
+    for (const Mesh& mesh : own.meshes) scene.meshes.emplace_back().name = mesh.name;
+    append_added(edits, scene, subject);
+    check_all(scene);
 }
 
 void check_edits(const SceneEdits& edits, const Scene& scene, const std::string& source) {
@@ -260,28 +373,56 @@ void edit_materials(const SceneEdits& edits, Scene& scene, const std::string& so
                    });
 }
 
-void apply(const SceneEdits& edits, Scene& scene, const SceneTree& tree, const std::string& source) {
-    const std::string subject = subject_of(scene, source);
-    std::vector<LightProfile> profiles = check_values(edits, scene, subject);
-    const FoundLightGroups groups = find_light_groups(edits, scene, tree, subject);
-    const FoundLightLinks links = find_light_links(edits, scene, tree, subject);
-    const WorldBounds bounds = !edits.ground       ? WorldBounds()
-                               : scene.rest_bounds ? *scene.rest_bounds
-                                                   : world_bounds(scene);
+namespace {
+
+/// What is found before a scene changes.
+struct Checked {
+    std::vector<LightProfile> profiles;
+    FoundLightGroups groups;
+    FoundLightLinks links;
+    MovedObjects moved;
+};
+
+/// Checks edits of a scene with the added lights, and gives its instances their groups, links and transforms. Throws
+/// Error, and then leaves the scene unchanged.
+Checked checked(const SceneEdits& edits, Scene& scene, const SceneTree& tree, const std::string& subject) {
+    Checked all{check_values(edits, scene, subject),
+                find_light_groups(edits, scene, tree, subject),
+                find_light_links(edits, scene, tree, subject),
+                {}};
     std::vector<Instance> unmoved = scene.instances;
     for (std::size_t i = 0; i < scene.instances.size(); ++i) {
         Instance& instance = scene.instances[i];
-        instance.light_group = groups.instances[i];
-        instance.links = links.instances[i], instance.link_class = links.classes[i];
+        instance.light_group = all.groups.instances[i];
+        instance.links = all.links.instances[i], instance.link_class = all.links.classes[i];
     }
     for (const auto& [index, transform] : edits.transforms) scene.instances[index].object_to_world = transform;
-    MovedObjects moved;
     try {
-        moved = move_objects(edits, scene, tree, subject);
+        all.moved = move_objects(edits, scene, tree, subject);
     } catch (...) {
         scene.instances = std::move(unmoved);
         throw;
     }
+    return all;
+}
+
+}  // namespace
+
+void apply(const SceneEdits& edits, Scene& scene, const SceneTree& tree, const std::string& source) {
+    const std::string subject = subject_of(scene, source);
+    const WorldBounds bounds = !edits.ground       ? WorldBounds()
+                               : scene.rest_bounds ? *scene.rest_bounds
+                                                   : world_bounds(scene);
+    const std::size_t own_lights = scene.lights.size();
+    append_added(edits, scene, subject);
+    Checked all;
+    try {
+        all = checked(edits, scene, tree, subject);
+    } catch (...) {
+        scene.lights.resize(own_lights);
+        throw;
+    }
+    auto& [profiles, groups, links, moved] = all;
     scene.lights = std::move(moved.lights);
     scene.instances = std::move(moved.instances);
     edit_materials(edits, scene, source);
@@ -300,25 +441,32 @@ void apply(const SceneEdits& edits, Scene& scene, const SceneTree& tree, const s
     if (sizes != LightEdit())
         for (PunctualLight& light : scene.lights) apply(sizes, light);
     std::ranges::move(profiles, std::back_inserter(scene.light_profiles));
-    for_each_named(edits.lights, lights_of(scene), scene, subject,
-                   [&](std::size_t index, const LightEdit& edit, const std::string&) {
-                       PunctualLight& light = scene.lights[index];
-                       if (edit.ies.empty()) return apply(edit, light);
-                       const LightProfile* profile = profile_of_file(scene, edit.ies);
-                       light.type = LightType::point;  // without the cones of a spot
-                       light.profile = static_cast<int>(profile - scene.light_profiles.data());
-                       set_profile_axes(light, dmat3(light.right, light.up, -light.direction));
-                       apply(edit, light, profile);
-                   });
+    for_each_light(edits, scene, subject, [&](std::size_t index, const LightEdit& edit, const std::string&) {
+        PunctualLight& light = scene.lights[index];
+        if (edit.ies.empty()) return apply(edit, light);
+        const LightProfile* profile = profile_of_file(scene, edit.ies);
+        light.type = LightType::point;  // without the cones of a spot
+        light.profile = static_cast<int>(profile - scene.light_profiles.data());
+        set_profile_axes(light, dmat3(light.right, light.up, -light.direction));
+        apply(edit, light, profile);
+    });
     for (const std::size_t i : moved.hidden_lights) scene.lights[i].intensity = vec3(0);
-    if (edits.each_light)
-        set_light_groups(separate_lights(scene, {}, subject), scene);
-    else
-        set_light_groups(edits, groups, scene);
+    if (!edits.each_light) set_light_groups(edits, groups, scene);
     set_light_links(links, scene);
+    std::vector<AreaLamp> surfaces;
+    std::size_t index = own_lights;
+    for (const AddedLamp* lamp : lamps_in_order(edits)) {
+        if (is_area(lamp->kind))
+            surfaces.push_back({scene.lights[index], lamp->kind == LampKind::disc, size_of(*lamp, edits)});
+        ++index;
+    }
+    scene.lights.resize(scene.lights.size() - surfaces.size());
+    add_area_lamps(surfaces, scene);
+    if (edits.each_light) set_light_groups(separate_lights(scene, {}, subject), scene);
     if (!edits.ground) return;
+    const std::size_t without = scene.instances.size();
     add_ground(scene, bounds, edits.ground_height);
-    if (!scene.instances.empty() && scene.instances.back().added) scene.instances.back().link_class = links.ground;
+    if (scene.instances.size() > without) scene.instances.back().link_class = links.ground;
 }
 
 void apply(const SceneEdits& edits, Scene& scene, const std::string& source) {

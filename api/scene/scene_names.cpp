@@ -9,6 +9,7 @@
 
 #include "api/halflight/edit_text.h"
 #include "api/halflight/object_names.h"
+#include "api/scene/added_surfaces.h"
 #include "api/scene/node_edits.h"
 #include "engine/scene/light_types.h"
 #include "engine/scene/material_properties.h"
@@ -37,7 +38,7 @@ Json options_of_camera(const Scene& scene, std::size_t index) {
     return count(number) == 0 ? Json::array({option("--camera", number)}) : Json::array();
 }
 
-std::string values_of(const Scene& scene, const PunctualLight& light) {
+LightEdit values_of(const Scene& scene, const PunctualLight& light) {
     const LightTypeRow& type = row_of(light.type);
     const LightColor own = color_of(light);
     LightEdit edit;
@@ -49,8 +50,21 @@ std::string values_of(const Scene& scene, const PunctualLight& light) {
         edit.radius = light.radius;
     else
         edit.angle = glm::degrees(light.angle);
+    if (light.type == LightType::spot)
+        edit.inner = glm::degrees(light.inner_cone), edit.outer = std::min(glm::degrees(light.outer_cone), 90.0f);
     if (light.profile != kNone) edit.ies = scene.light_profiles[static_cast<std::size_t>(light.profile)].path;
-    return text(edit);
+    return edit;
+}
+
+LightEdit values_of(const AreaLamp& lamp) {
+    const LightColor own = color_of(lamp.light);
+    LightEdit edit;
+    edit.intensity = own.intensity;
+    edit.color = own.color;
+    edit.position = lamp.light.position;
+    edit.direction = unit_direction(dvec3(lamp.light.direction));
+    edit.size = lamp.size;
+    return edit;
 }
 
 /// Returns the options of the properties that a material sets, and of the usual ones.
@@ -86,10 +100,13 @@ Json name_facts(const Scene& scene, const SceneTree& tree, const std::vector<std
     for (std::size_t i = 0; i < variants.size(); ++i)
         names["variants"].push_back(entry(variants[i], i, Json::array({option("--variant", variants[i])})));
     const auto lights = references_to(lights_of(scene));
-    for (std::size_t i = 0; i < lights.size(); ++i)
-        names["lights"].push_back(entry(
-            scene.lights[i].name, i,
-            Json::array({option("--light", fmt::format("{}={}", lights[i], values_of(scene, scene.lights[i])))})));
+    const auto add_light = [&](const std::string& name, const LightEdit& values) {
+        const std::size_t i = names["lights"].size();
+        const std::string value = fmt::format("{}={}", lights[i], text(values));
+        names["lights"].push_back(entry(name, i, Json::array({option("--light", value)})));
+    };
+    for (const PunctualLight& light : scene.lights) add_light(light.name, values_of(scene, light));
+    for (const AreaLamp& lamp : area_lamps_of(scene)) add_light(lamp.light.name, values_of(lamp));
     const auto materials = references_to(materials_of(scene));
     for (std::size_t i = 0; i < materials.size(); ++i)
         names["materials"].push_back(entry(scene.materials[i].name, i, options_of(scene.materials[i], materials[i])));

@@ -29,15 +29,12 @@ Json path_json(const fs::path& path, const fs::path& folder) {
 
 namespace {
 
-/// Reads an edit of a light: a factor alone, or an object with further members.
-LightEdit read_light(const Element& e, const fs::path& folder) {
+/// Reads the members of an edit of a light, beside which there may be others.
+LightEdit read_light_members(const Element& e, const fs::path& folder, std::set<std::string> others = {}) {
     LightEdit light;
-    if (!e.is_object()) {
-        light.factor = static_cast<float>(e.number(kEditFactor));
-        return light;
-    }
-    e.check_keys(
-        {"factor", "intensity", "color", "temperature", "position", "direction", "radius", "angle", "ies", "off"});
+    others.insert({"factor", "intensity", "color", "temperature", "position", "direction", "radius", "angle", "inner",
+                   "outer", "size", "ies", "off"});
+    e.check_keys(others);
     const auto single = [](const EditRange& range, auto& target) {
         return [&](const Element& v) { target = static_cast<float>(v.number(range)); };
     };
@@ -46,6 +43,13 @@ LightEdit read_light(const Element& e, const fs::path& folder) {
     with(e, "temperature", single(kEditTemperature, light.temperature));
     with(e, "radius", single(kEditRadius, light.radius));
     with(e, "angle", single(kEditAngle, light.angle));
+    with(e, "inner", single(kEditCone, light.inner));
+    with(e, "outer", single(kEditCone, light.outer));
+    with(e, "size", [&](const Element& v) {
+        const std::vector<Element> sides = v.is_list() ? v.items() : std::vector<Element>{v};
+        if (sides.empty() || sides.size() > 2) v.fail("is no number and no list of two");
+        light.size = {sides.front().number(kEditSize), sides.back().number(kEditSize)};
+    });
     with(e, "ies", [&](const Element& v) { light.ies = read_path(v, folder).string(); });
     with(e, "off", [&](const Element& v) { light.off = v.truth(); });
     with(e, "color", [&](const Element& v) {
@@ -61,14 +65,21 @@ LightEdit read_light(const Element& e, const fs::path& folder) {
     return light;
 }
 
-Json light_json(const LightEdit& light, const fs::path& folder) {
-    if (LightEdit{light.factor} == light) return light.factor;
-    Json json = Json::object();
+/// Reads an edit of a light: a factor alone, or an object with further members.
+LightEdit read_light(const Element& e, const fs::path& folder) {
+    return e.is_object() ? read_light_members(e, folder) : LightEdit{static_cast<float>(e.number(kEditFactor))};
+}
+
+Json light_json(const LightEdit& light, const fs::path& folder, Json json = Json::object()) {
+    if (json.empty() && LightEdit{light.factor} == light) return light.factor;
     if (light.factor != 1) json["factor"] = short_number(light.factor);
     if (light.intensity) json["intensity"] = short_number(*light.intensity);
     if (light.temperature) json["temperature"] = short_number(*light.temperature);
     if (light.radius) json["radius"] = short_number(*light.radius);
     if (light.angle) json["angle"] = short_number(*light.angle);
+    if (light.inner) json["inner"] = short_number(*light.inner);
+    if (light.outer) json["outer"] = short_number(*light.outer);
+    if (light.size) json["size"] = {short_number(light.size->x), short_number(light.size->y)};
     if (!light.ies.empty()) json["ies"] = path_json(light.ies, folder);
     if (light.off) json["off"] = true;
     if (light.color) json["color"] = list(*light.color);
@@ -186,6 +197,13 @@ void read_edits(const Element& file, const fs::path& folder, SceneEdits& edits) 
     with(file, "sun_angle", [&](const Element& v) { edits.sun_angle = static_cast<float>(v.number(kEditAngle)); });
     with(file, "glass_shadows",
          [&](const Element& v) { edits.straight_glass = glass_shadows_of(v.where(), v.text()); });
+    with(file, "added_lights", [&](const Element& v) {
+        for (const auto& [name, one] : v.members()) {
+            if (!one.is_object() || !one.find("kind")) one.fail("has no 'kind'");
+            const LampKind kind = lamp_kind(one.where(), one.find("kind")->text());
+            edits.added_lights.push_back({name, kind, read_light_members(one, folder, {"kind"}), v.where()});
+        }
+    });
     with(file, "lights", [&](const Element& v) { read_lights(v, folder, edits); });
     with(file, "clay", [&](const Element& v) { edits.clay = v.truth(); });
     with(file, "materials", [&](const Element& v) {
@@ -227,6 +245,8 @@ void write_edits(const SceneEdits& edits, const fs::path& folder, Json& json) {
     if (edits.lamp_radius) json["lamp_radius"] = short_number(*edits.lamp_radius);
     if (edits.sun_angle) json["sun_angle"] = short_number(*edits.sun_angle);
     if (edits.straight_glass) json["glass_shadows"] = "straight";
+    for (const auto& [lamp, kind, edit, source] : edits.added_lights)
+        json["added_lights"][lamp] = light_json(edit, folder, {{"kind", name(kind)}});
     json["lights"] = lights_json(edits, folder);
     json["clay"] = edits.clay;
     if (Json materials = materials_json(edits); !materials.empty()) json["materials"] = std::move(materials);

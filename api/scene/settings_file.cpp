@@ -234,12 +234,12 @@ std::string read_settings_text(const fs::path& path) {
 SavedSettings parse_settings(std::string_view text, const fs::path& path) {
     const Json json = parse_json(text, path);
     const Element file(path, json);
-    std::set<std::string> keys{"halflight_settings", "camera",      "size",        "environment",
-                               "emission",           "lights",      "clay",        "materials",
-                               "transforms",         "animation",   "bookmarks",   "variant",
-                               "line_width",         "nodes",       "hide",        "shadow_catchers",
-                               "light_groups",       "lamp_radius", "sun_angle",   "ground",
-                               "glass_shadows",      "light_links", "shadow_links"};
+    std::set<std::string> keys{"halflight_settings", "camera",      "size",         "environment",
+                               "emission",           "lights",      "clay",         "materials",
+                               "transforms",         "animation",   "bookmarks",    "variant",
+                               "line_width",         "nodes",       "hide",         "shadow_catchers",
+                               "light_groups",       "lamp_radius", "sun_angle",    "ground",
+                               "glass_shadows",      "light_links", "shadow_links", "added_lights"};
     for (const std::string_view name : saved_settings()) keys.emplace(name);
     file.check_keys(keys);
     const auto version = file.find("halflight_settings");

@@ -126,14 +126,19 @@ void add_edits(KeyText& keys, const LoadedScene& scene, Add add) {
             for (int column = 0; column < 4; ++column) print.text(point_text(dvec3(transform[column])));
         }
     });
+    const auto add_light = [&](Fingerprint& print, const std::string& name, const LightEdit& edit) {
+        LightEdit plain = edit;
+        plain.ies.clear();  // a file may have another name elsewhere
+        print.text(name).text(text(plain));
+        if (edit.ies.empty()) return;
+        if (const LightProfile* profile = profile_of_file(scene.scene(), edit.ies)) add_profile(print, *profile);
+    };
+    add("added lights", [&](Fingerprint& print) {
+        for (const AddedLamp& lamp : edits.added_lights)
+            add_light(print.text(name(lamp.kind)), lamp.name, lamp.edit);
+    });
     add("edits of lights", [&](Fingerprint& print) {
-        for (const auto& [name, edit, source] : edits.lights) {
-            LightEdit plain = edit;
-            plain.ies.clear();  // a file may have another name elsewhere
-            print.text(name).text(text(plain));
-            if (edit.ies.empty()) continue;
-            if (const LightProfile* profile = profile_of_file(scene.scene(), edit.ies)) add_profile(print, *profile);
-        }
+        for (const auto& [name, edit, source] : edits.lights) add_light(print, name, edit);
     });
     add("edits of materials", [&](Fingerprint& print) {
         for (const auto& [name, edit, source] : edits.materials)

@@ -37,7 +37,11 @@ TEST_F(Edits, OptionsAndFilesMakeTheSamePictures) {
         {"--hide mesh:lamp --env white", R"("hide": ["mesh:lamp"], "environment": {"color": [1, 1, 1]})"},
         {"--shadow-catcher * --env white", R"("shadow_catchers": ["*"], "environment": {"color": [1, 1, 1]})"},
         {"--light *=temperature:2700,factor:2 --sky 40,20",
-         R"("lights": {"*": {"temperature": 2700, "factor": 2}}, "environment": {"sky": {"elevation": 40, "azimuth": 20}})"}};
+         R"("lights": {"*": {"temperature": 2700, "factor": 2}}, "environment": {"sky": {"elevation": 40, "azimuth": 20}})"},
+        {"--add-light panel=kind:rectangle,position:0,1.5,0,intensity:4 --light panel=size:1,0.5 "
+         "--add-light spot=kind:spot,position:0.5,1,0.5,outer:40 --light *=factor:2",
+         R"("added_lights": {"panel": {"kind": "rectangle", "position": [0, 1.5, 0], "intensity": 4, "size": [1, 0.5]},
+            "spot": {"kind": "spot", "position": [0.5, 1, 0.5], "outer": 40}}, "lights": {"*": 2})"}};
     for (const auto& [options, json] : cases) {
         const Image by_options = render(words(options));
         EXPECT_FALSE(same_bits(by_options, plain)) << options;
@@ -51,6 +55,21 @@ TEST_F(Edits, OptionsAndFilesMakeTheSamePictures) {
     const std::string old = settings(R"("materials": {"0": {"base_color": [1, 0, 0, 1], "roughness": 0.25}})");
     EXPECT_TRUE(same_bits(render({"--settings", old}),
                           render(words("--material floor.base_color=#f00 --material floor.roughness=0.25"))));
+}
+
+TEST_F(Edits, NamesOfAddedLightsCanBePastedBack) {
+    const Strings options = words("--add-light panel=kind:disc,position:0,1.5,0,intensity:4,size:0.5");
+    const Image added = render(options);
+    const Outcome names = done(words("info", scene, "--names", options));
+    const std::size_t at = names.out.find("panel=");
+    ASSERT_NE(at, std::string::npos) << names.out;
+    const std::string again = names.out.substr(at, names.out.find('\n', at) - at);
+    expect_has(again, ",size:0.5,0.5");
+    EXPECT_TRUE(same_bits(added, render(words(options, "--light", again))));
+    expect_has(done(words("info", scene, "--json", options)).out, "\"nits\"");
+    refused(1, words("render", scene, file("a.exr"), options, "--add-light panel=kind:sun"), "'panel' is added twice");
+    refused(2, words("render", scene, file("a.exr"), "--add-light panel=kind:lamp"),
+            "--add-light: panel: kind: 'lamp'");
 }
 
 TEST_F(Edits, UnusableEditsAreOneLine) {
@@ -86,7 +105,8 @@ TEST_F(Edits, FingerprintsIncludeThem) {
     const auto status = [&](const char* more) { return run("f.#.exr", words("--frames 1 --bounces 0", more)).status; };
     ASSERT_EQ(status(""), 0);
     EXPECT_EQ(status(""), 0) << "the frame is kept";
-    for (const char* edit : {"--hide mesh:lamp", "--node 1=scale:2", "--material floor.roughness=0.2"})
+    for (const char* edit :
+         {"--hide mesh:lamp", "--node 1=scale:2", "--material floor.roughness=0.2", "--add-light day=kind:sun"})
         EXPECT_EQ(status(edit), 1) << edit << ": that is another frame";
 }
 

@@ -44,6 +44,44 @@ TEST_F(ViewEdit, PicturesEqualThoseOfTheSavedFileAndOfOptions) {
     EXPECT_TRUE(same_bits(exr("shown.exr"), plain));
 }
 
+TEST_F(ViewEdit, AddedLampsAreThoseOfTheSavedFile) {
+    show(R"(
+        wait samples 2
+        screenshot @plain.exr
+        lamp spot
+        lamp rectangle
+        add-light "day=kind:sun,intensity:0.5,direction:1,-2,-1"
+        light rectangle=factor:0.5
+        wait samples 2
+        screenshot @added.exr
+        save
+        key Ctrl+D
+        wait samples 2
+        screenshot @twice.exr
+        key Delete
+        wait samples 2
+        screenshot @deleted.exr
+        select light:day
+        key Delete
+        state @state.json
+        undo
+        wait samples 2
+        screenshot @undone.exr
+    )",
+         {"--quiet"});
+    const Image added = exr("added.exr");
+    EXPECT_FALSE(same_bits(added, exr("plain.exr")));
+    EXPECT_TRUE(same_bits(added, render("render.exr", "--settings", settings())));
+    EXPECT_FALSE(same_bits(added, exr("twice.exr")));
+    EXPECT_TRUE(same_bits(added, exr("deleted.exr")));
+    EXPECT_TRUE(same_bits(added, exr("undone.exr")));
+    EXPECT_EQ(json("state.json")["selection"], "nothing");
+    const auto saved = json_file(settings()).at("added_lights");
+    EXPECT_EQ(saved.at("spot").at("kind"), "spot");
+    EXPECT_EQ(saved.at("rectangle").at("factor"), 0.5);
+    expect_error("add-light day=kind:lamp\n", 1, "kind: 'lamp'");
+}
+
 /// "Always" shows, saves and hands on what --denoise makes of the same samples.
 TEST_F(ViewEdit, DenoisedPicturesEqualThoseOfRender) {
     show(R"(

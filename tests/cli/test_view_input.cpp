@@ -72,6 +72,20 @@ TEST_F(RealInput, ALampsSizeIsPulledOutWithTheMouse) {
     EXPECT_EQ(json("state.json")["camera"], json("ready.json")["camera"]);
 }
 
+TEST_F(RealInput, LampsAreAddedByKeysAndDeleted) {
+    input_state(fmt::format(R"(
+        xdotool mousemove 100 140 key ctrl+l sleep 0.5 key ctrl+d sleep 0.5 key ctrl+s sleep 1
+        cp {0} {1}
+        xdotool key Delete sleep 0.5 key ctrl+s sleep 1
+        cp {0} {2}
+        xdotool key ctrl+z sleep 0.5 key ctrl+z sleep 0.5 key ctrl+s sleep 1)",
+                            settings(), file("two.json"), file("one.json")),
+                "wait samples 1\nwindow @window.png", "key H\n");
+    EXPECT_TRUE(json("two.json").at("added_lights").contains("point 2"));
+    EXPECT_EQ(json("one.json").at("added_lights").size(), 1u) << "the selected copy is deleted";
+    EXPECT_EQ(json_file(settings()).at("added_lights").size(), 1u) << "and comes back, and the copying is taken back";
+}
+
 TEST_F(RealInput, SavesInAnotherFile) {
     write_text(folder / "kept.json", "kept");
     input_state(fmt::format(R"(

@@ -123,6 +123,13 @@ class Calls:
                               **some(dice, factor=2, color=(1, 0, 0), position=(0, 1, 0), direction=(0, -1, 0),
                                       intensity=100, temperature=2700, off=True))
 
+    def call_add_light(self, dice):
+        self.scene.add_light(dice.choice(["lamp", value(dice)]), dice.choice(["point", "spot", "rectangle", value(dice)]),
+                             **some(dice, position=(0, 1, 0), direction=(0, -1, 0), intensity=100, outer=40, size=(1, 2)))
+
+    def call_remove_light(self, dice):
+        self.scene.remove_light(dice.choice(["lamp", value(dice)]))
+
     def call_edit_node(self, dice):
         self.scene.edit_node(dice.choice([0, "*", "tall block", value(dice)]),
                              **some(dice, translate=(0, 0.1, 0), rotate=(0, 45, 0), scale=2, matrix=numpy.eye(4)))

@@ -189,6 +189,28 @@ class Edits(InFolder):
         self.assertEqual(sunny.lights[0]["radius"], 0)
         self.assertRaisesRegex(hl.Error, "there is no light 99", self.scene.edit_light, 99, factor=1)
 
+    def test_added_lights(self):
+        self.scene.add_light("fill", "spot", position=(0.5, 0.9, 0.5), direction=(0, -1, 0), intensity=0.2, outer=40)
+        self.scene.add_light("panel", "rectangle", position=(0.5, 0.5, 0.9), direction=(0, 0, -1), size=(0.2, 0.1))
+        self.scene.edit_light("panel", intensity=3)
+        fill, panel = self.scene.lights[-2:]
+        self.assertEqual((fill["name"], fill["type"], panel["type"]), ("fill", "spot", "rectangle"))
+        self.assertAlmostEqual(fill["outer"], 40, 4)
+        np.testing.assert_allclose(panel["size"], (0.2, 0.1), rtol=1e-6)
+        picture = self.renderer.render()
+        path = self.folder / "lights.json"
+        self.scene.save_settings(path)
+        run(PROGRAM, "render", CORNELL, self.folder / "lights.exr", "--settings", path, "--device", DEVICE, "--quiet",
+            *(f"--{name}={SMALL[name]}" for name in ("width", "height", "samples")), check=True)
+        picture.save(self.folder / "python.exr")
+        run(PROGRAM, "compare", self.folder / "lights.exr", self.folder / "python.exr", check=True, capture_output=True)
+        self.assertRaisesRegex(hl.Error, "'fill' is added twice", self.scene.add_light, "fill", "sun")
+        self.assertRaisesRegex(hl.Error, "kind: 'lamp' is none of", self.scene.add_light, "a", "lamp")
+        self.scene.remove_light("fill")
+        self.scene.remove_light("panel")
+        self.assertRaisesRegex(hl.Error, "no added light 'fill'", self.scene.remove_light, "fill")
+        self.check_undone()
+
     def test_transforms(self):
         matrix = np.array(self.scene.transform(0))
         matrix[1, 3] += 0.25

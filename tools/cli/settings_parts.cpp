@@ -13,8 +13,9 @@ namespace halflight {
 namespace {
 
 constexpr const char* kVersionKey = "halflight_settings";
-constexpr std::string_view kLists[] = {"lights",    "materials",       "transforms",   "nodes",       "hide",
-                                       "bookmarks", "shadow_catchers", "light_groups", "light_links", "shadow_links"};
+constexpr std::string_view kLists[] = {"lights",      "materials",    "transforms",      "nodes",
+                                       "hide",        "bookmarks",    "shadow_catchers", "light_groups",
+                                       "light_links", "shadow_links", "added_lights"};
 
 /// Returns a number for settings that decide together; 0: the setting stands alone.
 int joint_group(std::string_view key) {
@@ -61,15 +62,19 @@ SavedSettings SettingsParts::parsed(const Json& part) const {
 std::vector<std::string> SettingsParts::drop_unfit(const std::function<void(const SavedSettings&)>& fits) {
     std::vector<std::string> problems;
     const std::string prefix = path_.string() + ": ";
-    Json base = Json::object();  // fitting entries on which others depend: edits name its sun, lenses suit its camera
+    // Fitting entries on which others depend: edits name its sun and added lights, lenses suit its camera.
+    Json base = Json::object();
+    const auto is_base = [](const Json& part) {
+        return part.contains("environment") || part.contains("camera") || part.contains("added_lights");
+    };
     const auto drop = [&](bool of_base) {
         std::erase_if(parts_, [&](const Json& part) {
-            if ((part.contains("environment") || part.contains("camera")) != of_base) return false;
+            if (is_base(part) != of_base) return false;
             Json with = base;
-            with.update(part);
+            with.update(part, true);
             try {
                 fits(parsed(with));
-                if (of_base) base.update(part);
+                if (of_base) base = std::move(with);
                 return false;
             } catch (const Error& error) {
                 std::string_view what = error.what();

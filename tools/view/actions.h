@@ -32,6 +32,8 @@ enum class Action {
     whole_picture,
     handles,
     hide_object,
+    add_lamp,
+    duplicate_lamp,
     unselect,
     frame_selected,
     frame_all,

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "tools/view/clock.h"
+#include "tools/view/inspector.h"
 #include "tools/view/keys.h"
 #include "tools/view/widgets.h"
 
@@ -59,6 +60,13 @@ void comparison_items(PanelContext& c) {
     }
 }
 
+void lamp_items(PanelContext& c) {
+    ImGui::Separator();
+    if (!ImGui::BeginMenu("Add")) return;
+    lamp_kinds(c);
+    ImGui::EndMenu();
+}
+
 void layer_items(PanelContext& c) {
     ImGui::Separator();
     if (!ImGui::BeginMenu("Layer")) return;
@@ -80,6 +88,7 @@ void menu_bar(PanelContext& c) {
                 c.requests.actions.push_back(row.action);
             tooltip(row.help);
         }
+        if (menu == Menu::edit) lamp_items(c);
         if (menu == Menu::view) layer_items(c);
         if (menu == Menu::camera) camera_items(c);
         if (menu == Menu::compare) comparison_items(c);

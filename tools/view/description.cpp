@@ -70,6 +70,8 @@ std::string Session::description() const {
     const auto count = [&](std::size_t number, const char* what, const char* how) {
         if (number > 0) words.push_back(fmt::format("{} {}{} {}", number, what, number == 1 ? "" : "s", how));
     };
+    for (const AddedLamp& lamp : edits.added_lights)
+        words.push_back(fmt::format("{} {} added{}", name(lamp.kind), lamp.name, lamp.edit.off ? ", off" : ""));
     std::vector<std::string> named = lights_of(edits);
     std::ranges::move(materials_of(edits), std::back_inserter(named));
     if (named.size() <= kMostValues) {

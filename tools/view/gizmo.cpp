@@ -16,13 +16,10 @@ constexpr std::array kNames = {"none", "move", "rotate", "scale"};
 constexpr double kMiddle = 0.12;      // half size of the handle in the middle, lengths of handles
 constexpr double kGap = 0.2;          // distance of the other handles from the origin, lengths of handles
 constexpr double kLeastScale = 1e-6;  // least factor of a scale
-constexpr int kRingSteps = 64;        // lines of a ring
 constexpr double kShort = 0.25;       // length below which a handle is not shown, lengths of handles
 constexpr double kLeastFactor = 0.01, kMostFactor = 100;  // factors on a scale by one drag
-constexpr double kKnob = 0.05;      // half size of the square that changes a light's size, lengths of handles
 constexpr double kKnobAway = 0.28;  // its distance from the outline of the light, lengths of handles
 constexpr double kWidest = 180;     // angle of a light whose square is a length away, degrees
-constexpr double kEdgeOn = 0.08;    // cosine of the angle below which a ring counts as seen from the side
 
 NodeEdit own_edit(const SceneEdits& edits, const std::string& name) {
     const auto found = std::ranges::find(edits.nodes, name, &NamedEdit<NodeEdit>::name);
@@ -40,22 +37,6 @@ dmat3 linear(const NodeEdit& edit) {
     dmat3 m = rotation(2, edit.rotate.z) * rotation(1, edit.rotate.y) * rotation(0, edit.rotate.x);
     for (int i = 0; i < 3; ++i) m[i] *= edit.scale[i];
     return m;
-}
-
-/// Adds a square about a pixel.
-void add_square(const dvec2& middle, double half, std::vector<PictureLine>& lines) {
-    const dvec2 corners[] = {{-half, -half}, {half, -half}, {half, half}, {-half, half}};
-    for (int i = 0; i < 4; ++i) lines.push_back({middle + corners[i], middle + corners[(i + 1) % 4]});
-}
-
-/// Returns the points of a circle about `centre` with the perpendicular radii `u` and `v`; the last one is the first.
-std::vector<dvec3> circle(const dvec3& centre, const dvec3& u, const dvec3& v) {
-    std::vector<dvec3> points;
-    for (int i = 0; i <= kRingSteps; ++i) {
-        const double angle = 2 * kPi * i / kRingSteps;
-        points.push_back(centre + std::cos(angle) * u + std::sin(angle) * v);
-    }
-    return points;
 }
 
 double distance(const dvec2& p, const PictureLine& line) {
@@ -121,7 +102,7 @@ bool Gizmo::can_move(const Session& session) {
 }
 
 std::optional<Gizmo::LightSize> Gizmo::light_size(const Session& session, const ivec2& size, double length) {
-    if (session.selection.kind != ObjectKind::light) return std::nullopt;
+    if (session.selection.kind != ObjectKind::light || session.area_lamp(session.selection.index)) return std::nullopt;
     const PunctualLight light = session.edited_values().lights.at(session.selection.index);
     if (row_of(light.type).has_position) return LightSize{false, double{light.radius}, light.position};
     // The cone stands on the point about which the camera turns, which is in the picture.
@@ -194,6 +175,9 @@ void Gizmo::drag_size(const Drag& d, Session& session, const dvec2& point) {
 
 std::vector<Gizmo::Handle> Gizmo::handles(const Session& session, const ivec2& size, double length) const {
     std::vector<Handle> all = axis_handles(session, size, length);
+    if (const auto light = selected_light(session, size, length))
+        for (LightGrip& grip : light_grips(*light, session.camera(), size, length))
+            all.push_back({kLight + static_cast<int>(grip.handle), std::move(grip.lines)});
     if (auto of_light = size_handle(session, size, length)) all.push_back(std::move(*of_light));
     return all;
 }
@@ -287,8 +271,11 @@ double Gizmo::turn(const Drag& d, const dvec2& from, const dvec2& to) {
 
 void Gizmo::begin(const Session& session, const ivec2& size, double length, int axis, const dvec2& point) {
     const auto of_light = axis == kSize ? light_size(session, size, length) : std::nullopt;
-    const std::optional<Axes> at =
-        of_light ? Axes{.origin = of_light->place + of_light->axis, .axes = {}, .is_light = true} : axes(session);
+    const auto shape = axis >= kLight ? selected_light(session, size, length) : std::nullopt;
+    const std::optional<Axes> at = shape ? Axes{.origin = shape->place, .axes = {}, .is_light = true}
+                                   : of_light
+                                       ? Axes{.origin = of_light->place + of_light->axis, .axes = {}, .is_light = true}
+                                       : axes(session);
     if (!at) return;
     drag_ = Drag{.axis = axis,
                  .object = session.selection,
@@ -299,7 +286,8 @@ void Gizmo::begin(const Session& session, const ivec2& size, double length, int 
                  .position = at->origin,
                  .first = point,
                  .last = point,
-                 .of_light = of_light};
+                 .of_light = of_light,
+                 .shape = shape};
     if (!at->is_light) drag_->node = own_edit(session.edits, session.references().nodes[session.selection.index]);
 }
 
@@ -309,6 +297,11 @@ void Gizmo::drag(Session& session, const dvec2& point) {
     if (d.of_light) {
         d.last = point;
         return drag_size(d, session, point);
+    }
+    if (d.shape) {
+        d.last = point;
+        return drag_light(*d.shape, static_cast<LightHandle>(d.axis - kLight), d.camera, d.size, d.first, point,
+                          light_edit(session.edits, session.references().lights[d.object.index]));
     }
     NodeEdit edit = d.node;
     dvec3 moved(0);  // translation since the start

@@ -1,12 +1,12 @@
-// Handles on the picture that move, rotate and scale the selected node, or move the selected light and change its size.
-// Each handle changes the number of an edit that the command line has, too. Uses no window.
+// Handles on the picture that move, rotate and scale the selected node, or move the selected light and change its
+// shape. Each handle changes the number of an edit that the command line has, too. Uses no window.
 #pragma once
 
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "tools/view/session.h"
+#include "tools/view/light_handles.h"
 
 namespace halflight::view {
 
@@ -20,12 +20,13 @@ GizmoMode gizmo_mode(const std::string& name);
 
 class Gizmo {
   public:
-    static constexpr int kAll = 3;   ///< axis of the handle in the middle: moves freely, scales along all axes
-    static constexpr int kSize = 4;  ///< axis of the handle of a light's radius or angle, which every mode has
+    static constexpr int kAll = 3;    ///< axis of the handle in the middle: moves freely, scales along all axes
+    static constexpr int kSize = 4;   ///< axis of the handle of a light's radius or angle, which every mode has
+    static constexpr int kLight = 5;  ///< axis of the first LightHandle, which every mode has
 
     /// A handle, pixels of the picture.
     struct Handle {
-        int axis;  // 0 to 2, kAll or kSize
+        int axis;  // 0 to 2, kAll, kSize, or kLight + LightHandle
         std::vector<PictureLine> lines;
     };
 
@@ -77,6 +78,7 @@ class Gizmo {
         dvec2 first, last;                    // first and latest pixel
         double turned = 0;                    // angle so far, radians
         std::optional<LightSize> of_light{};  // size at the start, if the drag changes it
+        std::optional<LightShape> shape{};    // shape at the start, if the drag changes it
     };
     std::optional<Axes> axes(const Session& session) const;
     std::vector<Handle> axis_handles(const Session& session, const ivec2& size, double length) const;

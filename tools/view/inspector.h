@@ -13,6 +13,8 @@ void object_list(PanelContext& c);
 void inspector(PanelContext& c);
 /// Declares the properties of a light, by its index.
 void light_properties_of(PanelContext& c, std::size_t index);
+/// Declares menu items that add a lamp, one for each kind. In pages, surfaces are grey.
+void lamp_kinds(PanelContext& c);
 /// Declares the emission of a material, by its index. `shown` is the material as edits leave it.
 void emission_property(PanelContext& c, std::size_t index, const Material& shown);
 /// Declares the choice of the environment, and its edits.

@@ -24,12 +24,6 @@ float kelvin_of(const vec3& color) {
     return static_cast<float>(std::round(nearest_black_body(hue, kEditTemperature.lower, double{kMostKelvin})));
 }
 
-/// Returns the edit of the light's own name; a default one if there is none.
-LightEdit own_edit(const SceneEdits& edits, const std::string& name) {
-    const auto found = std::ranges::find(edits.lights, name, &NamedEdit<LightEdit>::name);
-    return found == edits.lights.end() ? LightEdit() : found->edit;
-}
-
 /// Returns the intensity of a light with its own edit, before the factor. `values` have all edits.
 float intensity_of(const Scene& values, const PunctualLight& own, const LightEdit& edit) {
     const float intensity = color_of(own).intensity;
@@ -68,13 +62,47 @@ void direction_of_light(const PunctualLight& shown, LightEdit& edit) {
 }
 
 /// Shows the profile of a point or spot, and lets the user choose another one.
-void profile_of_light(PanelContext& c, const Scene& values, const PunctualLight& shown, LightEdit& edit) {
+void profile_of_light(PanelContext& c, const Scene& values, const PunctualLight& shown, const AddedLamp* added,
+                      LightEdit& edit) {
     if (shown.type == LightType::directional) return;
     if (shown.profile != kNone)
         value("Profile", values.light_profiles.at(static_cast<std::size_t>(shown.profile)).name);
     if (button("Profile ...", "replaces the distribution of the light by that of an IES file"))
         c.requests.ask_profile = true;
-    if (!edit.ies.empty() && button("Remove profile", "restores the distribution of the scene")) edit.ies.clear();
+    if (edit.ies.empty() || !button("Remove profile", "restores the distribution of the light without it")) return;
+    edit.ies.clear();
+    if (added && added->kind == LampKind::point) edit.direction.reset();  // which points do not have
+}
+
+/// Shows the width and height of a rectangle, or the diameter of a disc.
+void size_of_area(const AreaLamp& lamp, float diagonal, LightEdit& edit) {
+    vec2 size = lamp.size;
+    const auto side = [&](const char* name, float& value) {
+        return slider(name, value, static_cast<float>(kEditSize.lower), diagonal, "%.3f m", "size of the surface",
+                      kLogarithmic | kClamp);
+    };
+    bool changed = side(lamp.disc ? "Diameter" : "Width", size.x);
+    if (lamp.disc)
+        size.y = size.x;
+    else
+        changed |= side("Height", size.y);
+    if (changed) edit.size = size;
+}
+
+/// Shows the cone of a spot. Its angles push each other, so that the inner one stays the smaller.
+void cone_of_spot(const PunctualLight& shown, LightEdit& edit) {
+    constexpr float kLeast = 0.1f;  // degrees between them
+    const auto most = static_cast<float>(kEditCone.upper);
+    float inner = glm::degrees(shown.inner_cone), outer = std::min(glm::degrees(shown.outer_cone), most);
+    if (slider("Inner", inner, 0, most - kLeast, "%.1f deg",
+               "angle from the direction at which the light begins to fall")) {
+        edit.inner = inner;
+        if (outer < inner + kLeast) edit.outer = inner + kLeast;
+    }
+    if (slider("Outer", outer, kLeast, most, "%.1f deg", "angle from the direction at which the light ends")) {
+        edit.outer = outer;
+        if (inner > outer - kLeast) edit.inner = std::max(outer - kLeast, 0.0f);
+    }
 }
 
 void size_of_light(const PunctualLight& shown, float diagonal, LightEdit& edit) {
@@ -161,21 +189,41 @@ void choose_environment(PanelContext& c) {
 
 }  // namespace
 
+void lamp_kinds(PanelContext& c) {
+    struct Row {
+        LampKind kind;
+        const char *label, *help;
+    };
+    constexpr Row kRows[] = {{LampKind::point, "Point", "a bulb that shines to all sides"},
+                             {LampKind::spot, "Spot", "a cone of light"},
+                             {LampKind::sun, "Sun", "parallel light from far away"},
+                             {LampKind::rectangle, "Rectangle", "a panel or a window that shines to one side"},
+                             {LampKind::disc, "Disc", "a round panel that shines to one side"}};
+    for (const Row& row : kRows) {
+        const bool fits = !is_area(row.kind) || !c.session.in_pages();
+        if (ImGui::MenuItem(row.label, nullptr, false, fits)) c.requests.lamp = row.kind;
+        tooltip(fits ? row.help : "scenes in pages take no further surfaces");
+    }
+}
+
 void light_properties_of(PanelContext& c, std::size_t index) {
     SceneEdits& edits = c.session.edits;
     const std::string& name = c.session.references().lights.at(index);
     const Scene values = c.session.edited_values();
     const PunctualLight shown = values.lights.at(index);
-    const PunctualLight& own = c.session.scene().lights[index];
+    const PunctualLight& own = c.session.lights()[index];
     const LightTypeRow& type = row_of(own.type);
-    LightEdit edit = own_edit(edits, name);
+    const AddedLamp* const added = c.session.added_lamp(index);
+    const std::optional<AreaLamp> area = c.session.area_lamp(index);
+    const LightEdit* const known = find_light_edit(edits, name);
+    LightEdit edit = known ? *known : LightEdit();
     const LightEdit before = edit;
-    value("Type", type.name);
+    value("Type", added ? fmt::format("{}, added", halflight::name(added->kind)) : type.name);
     const Selection object{ObjectKind::light, index};
     bool on = !HiddenObjects(c.session).contains(object);
     if (checkbox("On", on, "switches the light on or off")) return set_shown(c.session, object, on);
     float intensity = intensity_of(values, own, edit);
-    if (slider(fmt::format("Intensity, {}", type.unit).c_str(), intensity, 0, 1e6f, "%.5g",
+    if (slider(fmt::format("Intensity, {}", area ? "nits" : type.unit).c_str(), intensity, 0, 1e6f, "%.5g",
                "intensity of the strongest channel, in the unit of the file", kLogarithmic))
         edit.intensity = intensity;
     slider("Factor", edit.factor, 0, 100, "%.3f", "factor on the intensity", kLogarithmic);
@@ -186,8 +234,14 @@ void light_properties_of(PanelContext& c, std::size_t index) {
             edit.position = glm::clamp(position, kEditPosition.lower, kEditPosition.upper);
     }
     if (type.has_direction || shown.profile != kNone) direction_of_light(shown, edit);
-    size_of_light(shown, static_cast<float>(c.session.diagonal()), edit);
-    profile_of_light(c, values, shown, edit);
+    const auto diagonal = static_cast<float>(c.session.diagonal());
+    if (area) {
+        size_of_area(*area, diagonal, edit);
+    } else {
+        size_of_light(shown, diagonal, edit);
+        if (shown.type == LightType::spot) cone_of_spot(shown, edit);
+        profile_of_light(c, values, shown, added, edit);
+    }
     if (!c.session.in_pages()) {
         // A name without a kind would link materials and nodes, too.
         const auto has_plain = [&](const std::vector<LightLink>& links) {
@@ -201,7 +255,7 @@ void light_properties_of(PanelContext& c, std::size_t index) {
         link_of_light(c, "Shadows of", "objects that cast the shadows of the light: floor,wall. -floor: all but this",
                       linked, &SceneEdits::shadow_links);
     }
-    if (button("Reset light", "restores the light of the scene")) edit = {};
+    if (!added && button("Reset light", "restores the light of the scene")) edit = {};
     if (edit != before) light_edit(edits, name) = edit;
     remove_empty(edits);
 }

@@ -75,25 +75,38 @@ void light_section(PanelContext& c) {
     }
     checkbox("Clay", edits.clay, "gives all surfaces one grey diffuse material");
     heading("Lights");
-    if (scene.lights.empty())
+    const std::vector<PunctualLight>& lights = c.session.lights();
+    if (button("Add lamp ...", "adds a lamp before the surface in the middle of the picture"))
+        ImGui::OpenPopup("kinds");
+    if (ImGui::BeginPopup("kinds")) {
+        lamp_kinds(c);
+        close_by_escape();
+        ImGui::EndPopup();
+    }
+    action_button(c, Action::duplicate_lamp, true, "Duplicate");
+    if (c.session.selection.kind == ObjectKind::light) {
+        const bool added = c.session.added_lamp(c.session.selection.index) != nullptr;
+        const bool off = HiddenObjects(c.session).contains(c.session.selection);
+        action_button(c, Action::hide_object, true, added ? "Delete" : off ? "Switch on" : "Switch off");
+    }
+    if (lights.empty())
         faint_text("The scene has no lights beside environment and emissive surfaces.");
     else
         checkbox("Show lamps", c.session.modes.show_lamps, setting("show-lamps").help);
     ImGui::PushID("lights");
     const Selection& selected = c.session.selection;
-    for (std::size_t i = 0; i < scene.lights.size(); ++i) {
+    for (std::size_t i = 0; i < lights.size(); ++i) {
         const Selection object{ObjectKind::light, i};
         if (i >= kMost && selected != object) continue;
-        const std::string& name = scene.lights[i].name;
+        const std::string& name = lights[i].name;
         ImGui::PushID(static_cast<int>(i));
         open_if(c, selected == object);
-        if (foldable(name.empty() ? c.session.name_of({ObjectKind::light, i}) : name, scene.lights.size() <= 3))
+        if (foldable(name.empty() ? c.session.name_of({ObjectKind::light, i}) : name, lights.size() <= 3))
             light_properties_of(c, i);
         ImGui::PopID();
     }
     ImGui::PopID();
-    if (scene.lights.size() > kMost)
-        faint_text(fmt::format("The section Scene lists all {} lights.", scene.lights.size()));
+    if (lights.size() > kMost) faint_text(fmt::format("The section Scene lists all {} lights.", lights.size()));
     c.outliner.lit = selected;
 }
 

@@ -65,9 +65,8 @@ void draw_end(Pen& pen, const Gizmo::Handle& handle, GizmoMode mode, ImU32 color
 std::string dragged_text(const Session& session) {
     const std::size_t i = session.selection.index;
     if (session.selection.kind == ObjectKind::light) {
-        const auto found =
-            std::ranges::find(session.edits.lights, session.references().lights[i], &NamedEdit<LightEdit>::name);
-        return found == session.edits.lights.end() ? "" : text(found->edit);
+        const LightEdit* const edit = find_light_edit(session.edits, session.references().lights[i]);
+        return edit ? text(*edit) : "";
     }
     const auto found =
         std::ranges::find(session.edits.nodes, session.references().nodes[i], &NamedEdit<NodeEdit>::name);
@@ -122,7 +121,7 @@ void ObjectOverlay::draw(const Session& session, const Gizmo& gizmo, const Windo
     }
     Pen pen(picture, layout.area, size);
     for (const Gizmo::Handle& handle : gizmo.handles(session, size, handle_length(picture, size, scale))) {
-        const ImU32 color = lit == handle.axis ? kLit : kAxes[handle.axis];
+        const ImU32 color = lit == handle.axis ? kLit : kAxes[std::min(handle.axis, Gizmo::kSize)];
         pen.lines(handle.lines, color, (lit == handle.axis ? 4 : 3) * scale);
         if (handle.axis < Gizmo::kAll && gizmo.mode != GizmoMode::rotate && !handle.lines.empty())
             draw_end(pen, handle, gizmo.mode, color, 12 * scale);

@@ -58,7 +58,7 @@ struct HidingKind {
 std::vector<HidingKind> hiding_kinds(const Session& s) {
     return {{"node:", ObjectKind::node, nodes_of(s.tree()), s.references().nodes},
             {"mesh:", ObjectKind::mesh, meshes_of(s.scene()), s.references().meshes},
-            {"light:", ObjectKind::light, lights_of(s.scene()), s.references().lights}};
+            {"light:", ObjectKind::light, lights_of(s.lights()), s.references().lights}};
 }
 
 /// Returns what a name hides; nothing if it finds nothing, which the picture reports.
@@ -83,7 +83,7 @@ std::vector<Selection> hidden_by(const std::string& name, const std::vector<Hidi
 /// Returns the lights that the name of an edit means; none if it finds nothing.
 std::vector<std::size_t> lights_named(const std::string& name, const Session& s) {
     try {
-        return find_objects(lights_of(s.scene()), name, "");
+        return find_objects(lights_of(s.lights()), name, "");
     } catch (const Error&) {
         return {};
     }
@@ -97,6 +97,7 @@ void switch_light(Session& s, std::size_t index, bool on) {
         light_edit(edits, references[index]).off = true;
         return;
     }
+    if (s.added_lamp(index)) light_edit(edits, references[index]).off = false;
     std::vector<std::size_t> others;  // lights that stay off
     for (NamedEdit<LightEdit>& named : edits.lights) {
         const std::vector<std::size_t> found = lights_named(named.name, s);
@@ -113,13 +114,16 @@ void switch_light(Session& s, std::size_t index, bool on) {
 
 const std::vector<Outliner::Row>& Outliner::rows(const Session& session) {
     const std::string wanted = lower(search.data());
-    if (wanted == searched_ && scene_ == session.shared_scene() && tree_ == session.shared_tree()) return rows_;
+    const std::vector<std::string>& lights = session.references().lights;
+    if (wanted == searched_ && scene_ == session.shared_scene() && tree_ == session.shared_tree() && lights_ == lights)
+        return rows_;
+    lights_ = lights;
     searched_ = wanted;
     scene_ = session.shared_scene();
     tree_ = session.shared_tree();
     rows_.clear();
     rows_.push_back({{ObjectKind::environment, 0}, 0, "environment"});
-    add_objects(scene_->lights, ObjectKind::light, "light", rows_);
+    add_objects(session.lights(), ObjectKind::light, "light", rows_);
     add_objects(scene_->cameras, ObjectKind::camera, "camera", rows_);
     add_nodes(*tree_, rows_);
     add_objects(scene_->materials, ObjectKind::material, "material", rows_);
@@ -138,6 +142,8 @@ HiddenObjects::HiddenObjects(const Session& session) {
     for (const NamedEdit<LightEdit>& named : edits.lights)
         if (named.edit.off)
             for (const std::size_t i : lights_named(named.name, session)) all_.emplace(ObjectKind::light, i);
+    for (std::size_t i = session.scene().lights.size(); i < session.lights().size(); ++i)
+        if (session.added_lamp(i)->edit.off) all_.emplace(ObjectKind::light, i);
 }
 
 bool can_be_hidden(const Selection& object, const Session& session) {

@@ -33,6 +33,7 @@ class Outliner {
 
   private:
     std::string searched_;
+    std::vector<std::string> lights_;     // references of the lights of `rows_`
     std::shared_ptr<const Scene> scene_;  // scene and nodes of `rows_`
     std::shared_ptr<const SceneTree> tree_;
     std::vector<Row> rows_;

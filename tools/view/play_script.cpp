@@ -244,7 +244,7 @@ void Viewer::execute(const Command& c) {
     if (c.name == "intensity") session_.edits.environment_intensity = static_cast<float>(n(0));
     if (c.name == "emission") session_.edits.emission = static_cast<float>(n(0));
     if ((c.name == "light" && !c.numbers.empty()) || c.name == "place" || c.name == "aim") {
-        const std::size_t lights = session_.scene().lights.size();
+        const std::size_t lights = session_.lights().size();
         if (n(0) < 0 || n(0) >= static_cast<double>(lights))
             throw Error(c.name, "there is no light {}; the scene has {}, numbered from 0", n(0), lights);
         const dvec3 triple = c.numbers.size() == 2 ? dvec3(0) : dvec3(n(1), n(2), n(3));

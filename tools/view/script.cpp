@@ -54,6 +54,8 @@ constexpr std::array kForms = {
     Form{"intensity", "n", kEditFactor.lower, kEditFactor.upper},
     Form{"emission", "n", kEditFactor.lower, kEditFactor.upper},
     Form{"tint", "nnn", kEditColor.lower, kEditColor.upper},
+    Form{"add-light", "t"},
+    Form{"lamp", "t"},
     Form{"material", "t"},
     Form{"node", "t"},
     Form{"select", "t"},

@@ -51,7 +51,13 @@ SavedSettings Session::document(const PreviewArguments& a) const {
 }
 
 std::optional<std::function<Session::Opened()>> Session::restore(const SavedSettings& document) {
+    const std::string selected = selection.kind == ObjectKind::light ? name_of(selection) : "";
     edits = document.edits;
+    if (!selected.empty()) {  // other edits may add other lamps
+        std::size_t i = 0;
+        while (i < lights().size() && name_of({ObjectKind::light, i}) != selected) ++i;
+        selection = i < lights().size() ? Selection{ObjectKind::light, i} : Selection();
+    }
     transform = document.settings.view;
     samples = document.settings.samples;
     bounces = document.settings.bounces.value_or(bounces);
@@ -144,6 +150,7 @@ std::vector<Instance> Session::moved_instances(const Scene& scene, const SceneTr
         SceneEdits moves = surface_edits(edits);
         moves.ground = false;  // nothing to pick
         apply(moves, frame, tree);
+        remove_added(frame);  // area_lamp() finds them
     } catch (const Error&) {
         return scene.instances;
     }

@@ -6,10 +6,12 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "api/halflight/loaded_scene.h"
 #include "api/halflight/settings_file.h"
+#include "api/scene/added_surfaces.h"
 #include "engine/settings/constraints.h"
 #include "tools/cli/console.h"
 #include "tools/cli/picture_arguments.h"
@@ -122,10 +124,25 @@ class Session {
 
     // The following functions are defined in session_selection.cpp.
 
-    const ObjectReferences& references() const { return references_; }  ///< Returns the references of scene().
-    /// Returns lights and materials as the picture shows them, except for clay, hidden lights and the factor on all
+    /// Returns the references of scene(), and of the lamps that edits add to it.
+    const ObjectReferences& references() const;
+    /// Returns the lights of scene(), and then the lamps that edits add, before their edits.
+    const std::vector<PunctualLight>& lights() const;
+    /// Returns the edit that adds a light, by its index in lights(); null for lights of the scene.
+    const AddedLamp* added_lamp(std::size_t light) const;
+    /// Returns lights() and materials as the picture shows them, except for clay, hidden lights and the factor on all
     /// emissive surfaces. The scene has no meshes and images.
     Scene edited_values() const;
+    /// Returns a rectangle or a disc as the picture shows it, by its index in lights(); none for other lights.
+    std::optional<AreaLamp> area_lamp(std::size_t light) const;
+    /// Adds a lamp before the surface at a pixel, else before the point about which the camera turns, and selects it.
+    /// It lights a white surface there with a radiance that is shown as 1. Throws Error as edit() does.
+    void add_lamp(LampKind kind, const dvec2& point, const ivec2& size);
+    /// Adds a copy of the selected light beside it, and selects it. Throws Error if the selected object is no light,
+    /// and for light profiles of the scene's file.
+    void duplicate_lamp();
+    /// Removes the selected lamp if an edit has added it. Returns whether it has.
+    bool remove_lamp();
     /// Returns the instances of picker() that belong to the selected node, with those below it, or mesh.
     std::vector<std::size_t> selected_instances() const;
     /// Returns the meshes of the selected node, with those below it, one for each instance, hidden ones included.
@@ -270,6 +287,9 @@ class Session {
     /// Sets cameras and selection to those of the same names after the scene was loaded anew. before: references() of
     /// the earlier scene.
     void find_again(const ObjectReferences& before);
+    void update_lights() const;  ///< Brings lights() and their references up to date.
+    /// Returns a name that no light has: "spot", "spot 2".
+    std::string free_lamp_name(std::string name) const;
     Opened now() const;  ///< Returns the current scene, for a caller that changes parts of it.
     /// Copies the lens of a scene's camera into the session, unless the user has set a lens.
     void take_lens(const Camera& camera);
@@ -289,7 +309,10 @@ class Session {
     std::vector<std::string> variants_;
     std::vector<VersionedFile> files_;
     VersionedFile environment_file_;
-    ObjectReferences references_;
+    mutable ObjectReferences references_;
+    mutable std::vector<PunctualLight> lights_;  // lights(), of the scene and the lamps that follow
+    mutable std::shared_ptr<const Scene> scene_of_lights_;
+    mutable std::vector<std::pair<std::string, LampKind>> lamps_of_lights_;
     std::shared_ptr<const paging::PageSource> pages_;
     Timeline timeline_;
     std::shared_ptr<const Picker> picker_;

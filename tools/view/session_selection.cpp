@@ -2,6 +2,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <tuple>
 
 #include "api/halflight/object_names.h"
@@ -29,16 +31,41 @@ Scene marker_at(const std::string& name, int node) {
 
 }  // namespace
 
+const ObjectReferences& Session::references() const {
+    update_lights();
+    return references_;
+}
+
+const std::vector<PunctualLight>& Session::lights() const {
+    update_lights();
+    return lights_;
+}
+
+void Session::update_lights() const {
+    std::vector<std::pair<std::string, LampKind>> lamps;
+    for (const AddedLamp* lamp : lamps_in_order(edits)) lamps.emplace_back(lamp->name, lamp->kind);
+    if (scene_of_lights_ == scene_ && lamps_of_lights_ == lamps) return;
+    scene_of_lights_ = scene_, lamps_of_lights_ = std::move(lamps);
+    lights_ = scene_->lights;
+    for (const AddedLamp* lamp : lamps_in_order(edits)) lights_.push_back(plain_light(*lamp));
+    references_.lights = references_to(lights_of(lights_));
+}
+
+const AddedLamp* Session::added_lamp(std::size_t light) const {
+    const std::size_t own = scene_->lights.size();
+    return light < own ? nullptr : lamps_in_order(edits).at(light - own);
+}
+
 void Session::find_references(bool other_scene) {
+    const std::vector<std::string> before = references_.lights;
+    update_lights();
     // Environments bring lights of other names; other names do not depend on poses.
-    const bool same_names = references_.lights == references_to(lights_of(*scene_)) &&
-                            references_.materials.size() == scene_->materials.size() &&
+    const bool same_names = references_.lights == before && references_.materials.size() == scene_->materials.size() &&
                             references_.meshes.size() == scene_->meshes.size() &&
                             references_.nodes.size() == tree_->nodes.size() &&
                             references_.cameras.size() == scene_->cameras.size();
     if (!other_scene && same_names) return;  // poses come often, and leave names unchanged
-    const std::vector<std::string> before = std::move(references_.lights);
-    references_ = {references_to(lights_of(*scene_)), references_to(materials_of(*scene_)),
+    references_ = {references_to(lights_of(lights_)), references_to(materials_of(*scene_)),
                    references_to(meshes_of(*scene_)), references_to(nodes_of(*tree_)),
                    references_to(cameras_of(*scene_))};
     const auto has = [](const std::vector<std::string>& all, const std::string& name) {
@@ -105,6 +132,13 @@ Scene Session::edited_values() const {
     part.hidden.clear();
     part.catchers.clear();
     part.ground = false;
+    part.added_lights.clear();
+    for (const AddedLamp* lamp : lamps_in_order(edits)) {
+        AddedLamp& light = part.added_lights.emplace_back(*lamp);
+        if (!is_area(light.kind)) continue;
+        light.kind = LampKind::spot;  // with the same position and direction; surfaces are no lights of a scene
+        light.edit.size.reset();
+    }
     const std::vector<bool> lit = movable_nodes(values, *tree_);  // nodes that move lights; others change no values
     try {
         std::erase_if(part.nodes, [&](const NamedEdit<NodeEdit>& edit) {
@@ -113,8 +147,15 @@ Scene Session::edited_values() const {
         });
         apply(part, values, *tree_);
     } catch (const Error&) {  // the picture shows the error
+        values.lights = lights();
     }
     return values;
+}
+
+std::optional<AreaLamp> Session::area_lamp(std::size_t light) const {
+    const AddedLamp* const lamp = added_lamp(light);
+    if (!lamp || !is_area(lamp->kind)) return std::nullopt;
+    return AreaLamp{edited_values().lights.at(light), lamp->kind == LampKind::disc, size_of(*lamp, edits)};
 }
 
 std::vector<std::size_t> Session::selected_instances() const {
@@ -142,7 +183,8 @@ WorldBounds Session::selected_bounds() const {
     WorldBounds box;
     if (selection.kind == ObjectKind::light) {
         const PunctualLight light = edited_values().lights.at(selection.index);
-        const dvec3 radius(std::max(double{light.radius}, least));
+        dvec3 radius(std::max(double{light.radius}, least));
+        if (const auto lamp = area_lamp(selection.index)) radius = dvec3(0.5 * glm::length(dvec2(lamp->size)));
         if (row_of(light.type).has_position) box = {light.position - radius, light.position + radius};
     } else if (selection.kind == ObjectKind::camera) {
         const dvec3 place(timeline_.cameras.at(selection.index).camera_to_world[3]);
@@ -178,6 +220,20 @@ std::optional<dvec3> Session::centre(std::size_t node) const {
 
 void Session::select(const dvec2& point, const ivec2& size) {
     const auto picked = pick(point, size);
+    const Ray ray = ray_through(camera(), point, size);
+    double nearest = picked ? glm::distance(picked->position, ray.origin) : std::numeric_limits<double>::infinity();
+    std::optional<std::size_t> lamp;
+    for (std::size_t i = scene_->lights.size(); i < lights().size(); ++i) {
+        const auto area = area_lamp(i);
+        if (!area) continue;
+        const dmat4 to_lamp = glm::inverse(transform_of(*area));
+        const dvec3 from(to_lamp * dvec4(ray.origin, 1)), along(to_lamp * dvec4(ray.direction, 0));
+        const double t = -from.z / along.z;
+        const dvec2 at(from + t * along);
+        const bool inside = area->disc ? glm::length(at) <= 0.5 : std::max(std::abs(at.x), std::abs(at.y)) <= 0.5;
+        if (t > 0 && t < nearest && inside) lamp = i, nearest = t;
+    }
+    if (lamp) return void(selection = {ObjectKind::light, *lamp});
     const int node = picked ? picker().instances()[picked->instance].node : kNone;
     selection = node == kNone ? Selection() : Selection{ObjectKind::node, static_cast<std::size_t>(node)};
 }
@@ -185,7 +241,7 @@ void Session::select(const dvec2& point, const ivec2& size) {
 void Session::select(const std::string& name) {
     const std::tuple<const char*, ObjectKind, NamedObjects> kinds[] = {
         {"node:", ObjectKind::node, nodes_of(*tree_)},
-        {"light:", ObjectKind::light, lights_of(*scene_)},
+        {"light:", ObjectKind::light, lights_of(lights())},
         {"mesh:", ObjectKind::mesh, meshes_of(*scene_)},
         {"material:", ObjectKind::material, materials_of(*scene_)},
         {"camera:", ObjectKind::camera, cameras_of(*scene_)}};
@@ -213,7 +269,7 @@ std::string Session::name_of(const Selection& object) const {
         case ObjectKind::mesh:
             return named("mesh", references_.meshes);
         case ObjectKind::light:
-            return named("light", references_.lights);
+            return named("light", references().lights);
         case ObjectKind::material:
             return named("material", references_.materials);
         case ObjectKind::camera:

@@ -67,6 +67,7 @@ struct PanelRequests {
     std::optional<ComparisonMode> comparison{};
     bool pick_focus = false;                         // the next click in the picture focuses the lens
     bool ask_environment = false;                    // the user wants to choose a file
+    std::optional<LampKind> lamp{};                  // kind of a lamp to add
     bool ask_profile = false;                        // the user wants to choose a profile for the selected light
     std::optional<EnvironmentChoice> environment{};  // environment to take
     std::optional<std::string> variant{};            // material variant to take

@@ -169,6 +169,8 @@ class Viewer {
     void change_variant(const std::string& variant);
     void step_handles();
     void hide_selected();
+    void add_lamp(LampKind kind);  // Adds it in the middle of the picture.
+    void duplicate_lamp();
     /// Gives the mouse to the handles of the selected object; returns whether they take it.
     bool drag_handles(const WindowLayout& layout);
     void select_clicked(const WindowLayout& layout);
@@ -223,7 +225,8 @@ class Viewer {
     FilePrompt file_prompt_;
     Outliner outliner_;
     Gizmo gizmo_;
-    std::optional<int> lit_handle_;  // axis of the handle under the mouse
+    LampKind last_kind_ = LampKind::point;  // kind of the lamp that was added last
+    std::optional<int> lit_handle_;         // axis of the handle under the mouse
     ObjectOverlay object_overlay_;
     std::function<void()> next_change_;  // starts the change of environment or variant that waits; null: none
     bool restoring_ = false;             // the opening brings back an earlier state
@@ -240,7 +243,7 @@ class Viewer {
     bool pose_pending_ = false;
     std::future<Session::Opened> opening_;  // result of the opening; valid while something is being opened
     struct Play {
-        double since;         // start time of the playback, seconds
+        double since;       // start time of the playback, seconds
         FrameNumber first;  // frame shown at that time
     };
     std::optional<Play> play_;

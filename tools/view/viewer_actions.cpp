@@ -74,6 +74,10 @@ void Viewer::perform(Action action, const KeyPress& press, const std::optional<d
             return step_handles();
         case Action::hide_object:
             return hide_selected();
+        case Action::add_lamp:
+            return add_lamp(last_kind_);
+        case Action::duplicate_lamp:
+            return duplicate_lamp();
         case Action::unselect:
             if (!leave_region() && !std::exchange(picking_, false)) session_.selection = {};
             return;
@@ -161,6 +165,8 @@ bool Viewer::available(Action action) const {
             return gizmo_.can_move(session_);
         case Action::hide_object:
             return can_be_hidden(session_.selection, session_);
+        case Action::duplicate_lamp:
+            return session_.selection.kind == ObjectKind::light;
         case Action::unselect:
             return session_.selection.kind != ObjectKind::none || drawing_region_ || picking_;
         case Action::reset_exposure:
@@ -325,6 +331,7 @@ void Viewer::perform(const PanelRequests& requests) {
     if (requests.pick_focus) picking_ = !picking_;
     if (requests.ask_environment) file_prompt_.ask(FilePrompt::Purpose::environment, session_.file().parent_path());
     if (requests.ask_profile) file_prompt_.ask(FilePrompt::Purpose::profile, session_.file().parent_path());
+    if (requests.lamp) attempt([&] { add_lamp(*requests.lamp); });
     if (requests.open) to_open_.push_back(*requests.open);
     if (requests.environment) change_environment(*requests.environment);
     if (requests.variant) change_variant(*requests.variant);

@@ -108,9 +108,24 @@ void Viewer::step_handles() {
          "handles");
 }
 
+void Viewer::add_lamp(LampKind kind) {
+    session_.add_lamp(kind, 0.5 * dvec2(picture_size_), picture_size_);
+    last_kind_ = kind;
+    if (gizmo_.mode == GizmoMode::none) gizmo_.mode = GizmoMode::move;
+    section_ = "Light";
+    tell(fmt::format("Added: {}", session_.name_of(session_.selection)));
+}
+
+void Viewer::duplicate_lamp() {
+    session_.duplicate_lamp();
+    tell(fmt::format("Added: {}", session_.name_of(session_.selection)));
+}
+
 void Viewer::hide_selected() {
     const Selection& object = session_.selection;
     if (object.kind == ObjectKind::none) return tell("Nothing is selected");
+    const std::string name = session_.name_of(object);
+    if (session_.remove_lamp()) return tell(fmt::format("Deleted: {}; Ctrl+Z brings it back", name));
     if (!can_be_hidden(object, session_)) return tell(fmt::format("{} cannot be hidden", session_.name_of(object)));
     const bool shown = HiddenObjects(session_).contains(object);
     set_shown(session_, object, shown);
@@ -171,6 +186,8 @@ bool Viewer::execute_edit(const Command& c) {
         return true;
     };
     if (c.name == "light" && c.numbers.empty()) return edit(add_light_edit);
+    if (c.name == "add-light") return edit(add_new_light);
+    if (c.name == "lamp") return add_lamp(lamp_kind(c.name, c.words[0])), true;
     if (c.name == "material") return edit(add_material_edit);
     if (c.name == "node") return edit(add_node_edit);
     if (c.name == "hide") return edit(add_hidden);

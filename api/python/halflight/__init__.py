@@ -214,11 +214,11 @@ class Scene:
         _call(self._native.edit_material, which=str(which), values=_edit_texts(properties))
 
     def edit_light(self, which, factor=None, color=None, position=None, direction=None, intensity=None,
-                   temperature=None, radius=None, angle=None, ies=None, off=None):
+                   temperature=None, radius=None, angle=None, ies=None, off=None, inner=None, outer=None, size=None):
         """Edits lights, by name, number or pattern.
 
           factor       factor of the intensity
-          intensity    intensity in place of the light's own: candela, or lux of directional lights
+          intensity    intensity in place of the light's own: candela, lux of directional lights, nits of surfaces
           color        linear Rec.709, [0,1], or "#8899cc"
           temperature  colour of a black body, kelvin
           position     metres
@@ -227,13 +227,29 @@ class Scene:
           angle        degrees, diameter in the sky of a directional light
           ies          file of a light profile (IES LM-63) of a point or spot, in place of its own distribution
           off          True switches the light off, False on again
+          inner        degrees from the direction to where the light of a spot begins to fall off
+          outer        degrees from the direction to where it ends
+          size         metres: width and height of an added rectangle, or the diameter of an added disc
 
         Values of earlier edits stay unless they are given."""
         values = _edit_texts(dict(factor=factor, intensity=intensity, color=color, temperature=temperature,
-                                  position=position, direction=direction, radius=radius, angle=angle, ies=ies))
+                                  position=position, direction=direction, radius=radius, angle=angle, ies=ies,
+                                  inner=inner, outer=outer, size=size))
         if off is not None:
             values["off" if off else "on"] = ""
         _call(self._native.edit_light, which=str(which), values=values)
+
+    def add_light(self, name, kind, **values):
+        """Adds a light: add_light("fill", "spot", position=(0, 2, 0), intensity=50).
+
+        `kind` is "point", "spot", "sun", "rectangle" or "disc"; the values are those of edit_light() that suit it. All
+        kinds but "sun" need a position. A light without further values is white, has an intensity of 1 and shines
+        down. edit_light(), groups and links find it by its name."""
+        _call(self._native.add_light, name=name, kind=kind, values=_edit_texts(values))
+
+    def remove_light(self, name):
+        """Removes a light that add_light(), or a settings file, has added."""
+        _call(self._native.remove_light, name=name)
 
     def edit_node(self, which, translate=None, rotate=None, scale=None, matrix=None):
         """Moves nodes with everything below them. edit_node(which) restores their own transforms.

@@ -13,6 +13,7 @@
 #include "engine/core/memory_ledger.h"
 #include "engine/io/gltf/nodes.h"
 #include "engine/io/gltf/uses.h"
+#include "engine/scene/area_light_shape.h"
 
 namespace halflight {
 namespace {
@@ -20,38 +21,7 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr const char* kExtension = "EXT_lights_area";
-constexpr int kSides = 64;       // of a disc; its edge is within 0.1 % of the radius
-constexpr float kDepth = 1e-3f;  // of the body behind a light and of its rim, in units of the light's size
 constexpr double kMostFloat = std::numeric_limits<float>::max();
-
-/// Corners of triangles of a light in the plane of X and Y and of the thin prism behind it.
-struct Prism {
-    std::vector<vec3> front{}, body{};  // the face to -Z, and all others
-};
-
-/// Returns the prism of a square of side 1 or of a disc of diameter 1. Surfaces emit on both sides, so the other faces
-/// keep the light that the front emits backwards. Shadow rays end a little before the front, so a rim around it lets
-/// those from behind meet the body earlier.
-Prism prism_of(bool disc) {
-    std::vector<vec3> ring{{-0.5f, -0.5f, 0}, {-0.5f, 0.5f, 0}, {0.5f, 0.5f, 0}, {0.5f, -0.5f, 0}};
-    if (disc) {
-        const double angle = 2 * kPi / kSides, radius = std::sqrt(kPi / 4 / (kSides / 2.0 * std::sin(angle)));
-        ring.clear();
-        for (int i = 0; i < kSides; ++i)
-            ring.emplace_back(radius * std::cos(i * angle), -radius * std::sin(i * angle), 0);
-    }
-    Prism prism;
-    constexpr float kRim = 1 + 2 * kDepth;  // factor of the rim's outer edge
-    const vec3 depth(0, 0, kDepth);
-    for (std::size_t i = 0; i < ring.size(); ++i) {
-        const vec3 a = ring[i], b = ring[(i + 1) % ring.size()], c = kRim * a, d = kRim * b;
-        prism.body.insert(prism.body.end(), {a, c, d, a, d, b, c, c + depth, d, d, c + depth, d + depth});
-        if (i == 0 || i + 1 == ring.size()) continue;
-        prism.front.insert(prism.front.end(), {ring[0], a, b});
-        prism.body.insert(prism.body.end(), {kRim * ring[0] + depth, d + depth, c + depth});
-    }
-    return prism;
-}
 
 /// Adds an object to a list of the file. Returns its index.
 std::size_t add(Json& root, const char* list, Json object) {
@@ -135,9 +105,9 @@ class Maker {
                 length_of(aspect > 0 ? aspect * shown.height : aspect, "width by 'aspect'", element, document_);
         }
         if (!shapes_.contains(disc)) {
-            const Prism prism = prism_of(disc);
-            const std::size_t front = add_positions(root_, prism.front);
-            shapes_[disc] = {front, add_positions(root_, prism.body)};
+            const AreaLightShape shape = area_light_shape(disc);
+            const std::size_t front = add_positions(root_, shape.front);
+            shapes_[disc] = {front, add_positions(root_, shape.body)};
         }
         if (!black_) black_ = add(root_, "materials", emitting("back of area lights", {0, 0, 0}, 0));
         const std::string named = light.value("name", ""),

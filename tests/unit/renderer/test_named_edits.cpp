@@ -8,6 +8,7 @@
 #include "api/halflight/edit_text.h"
 #include "api/halflight/object_names.h"
 #include "api/halflight/settings_file.h"
+#include "api/scene/added_surfaces.h"
 #include "api/scene/scene_names.h"
 #include "engine/io/files.h"
 #include "engine/scene/black_body.h"
@@ -232,6 +233,138 @@ TEST(LightEdits, ReplaceIntensityAndColour) {
               yard.scene.lights[0].intensity);
 }
 
+constexpr const char* kPanel = "panel=kind:rectangle,position:0,3,0,size:2,1,intensity:40,color:1,0.5,0.25";
+
+TEST(AddedLights, AreLightsLikeOthers) {
+    const Yard yard;
+    SceneEdits edits = edits_of({{add_new_light, kPanel},
+                                 {add_new_light, "fill=kind:spot,position:0,2,0,direction:2,0,0,intensity:50,outer:30"},
+                                 {add_new_light, "day=kind:sun,angle:1"},
+                                 {add_light_edit, "fill=inner:10,radius:0.1"},
+                                 {add_light_edit, "p*=factor:2"},
+                                 {add_hidden, "light:day"},
+                                 {add_light_group, "added=fill,panel"},
+                                 {add_light_link, "light:panel=-crate"}});
+    EXPECT_EQ(find_light_edit(edits, "fill")->radius, 0.1f) << "later values belong to the added light";
+    const Scene scene = yard.with(edits);
+    ASSERT_EQ(scene.lights.size(), 3u);
+    EXPECT_EQ(scene.lights[0].intensity, yard.scene.lights[0].intensity);
+    const PunctualLight& fill = scene.lights[1];
+    EXPECT_EQ(fill.type, LightType::spot);
+    EXPECT_EQ(fill.intensity, vec3(50));
+    EXPECT_EQ(fill.direction, vec3(1, 0, 0));
+    EXPECT_NEAR(glm::degrees(fill.inner_cone), 10, 1e-5);
+    EXPECT_NEAR(glm::degrees(fill.outer_cone), 30, 1e-5);
+    EXPECT_EQ(fill.light_group, 0u);
+    EXPECT_EQ(scene.lights[2].intensity, vec3(0)) << "it is hidden";
+    EXPECT_EQ(scene.lights[2].direction, vec3(0, -1, 0)) << "lamps shine down";
+    ASSERT_EQ(scene.instances.size(), 3u);
+    const Instance& panel = scene.instances[2];
+    EXPECT_TRUE(panel.added) << "world_bounds() leaves it out";
+    const Mesh& mesh = scene.meshes.at(static_cast<std::size_t>(panel.mesh));
+    const Material& front = scene.materials.at(mesh.triangle_material[0]);
+    EXPECT_EQ(front.emission, vec3(80, 40, 20)) << "a pattern finds it";
+    EXPECT_EQ(front.light_group, 0u);
+    EXPECT_EQ(front.links.receivers & (std::uint64_t{1} << scene.instances[0].link_class), 0u);
+    EXPECT_EQ(scene.materials[mesh.triangle_material.back()].emission, vec3(0)) << "its body is black";
+    EXPECT_EQ(materials_of(scene).names.size(), yard.scene.materials.size());
+    EXPECT_EQ(lights_of(scene).names, (std::vector<std::string_view>{"key", "fill", "day", "panel"}));
+    validate(scene);
+    Scene emptied = scene;
+    remove_added(emptied);
+    EXPECT_EQ(emptied.instances.size(), 2u);
+    EXPECT_EQ(emptied.meshes.size(), yard.scene.meshes.size());
+    EXPECT_EQ(emptied.materials.size(), yard.scene.materials.size());
+    add_light_edit(edits, "", "panel=off");
+    EXPECT_EQ(yard.with(edits).instances.size(), 2u) << "no surface is left of a panel that is off";
+}
+
+using AddedLightFile = GltfTest;
+
+TEST_F(AddedLightFile, HasTheSurfacesOfAddedLights) {
+    GltfBuilder b;
+    b.add_triangle();
+    b.json["extensions"]["EXT_lights_area"]["lights"] = {
+        {{"type", "rect"}, {"size", 2}, {"rect", {{"aspect", 3}}}, {"intensity", 7}},
+        {{"type", "disk"}, {"size", 4}, {"intensity", 5}}};
+    for (int i = 0; i < 2; ++i)
+        b.push("nodes", {{"translation", {1, 2, 3 + i}}, {"extensions", {{"EXT_lights_area", {{"light", i}}}}}});
+    b.require({"EXT_lights_area"});
+    const Scene file = load(b);
+    Scene scene = file;
+    apply(edits_of({{add_new_light, "a=kind:rectangle,position:1,2,3,direction:0,0,-1,size:6,2,intensity:7"},
+                    {add_new_light, "b=kind:disc,position:1,2,4,direction:0,0,-1,size:4,intensity:5"}}),
+          scene);
+    ASSERT_EQ(scene.instances.size(), file.instances.size() + 2);
+    for (const std::size_t i : {1, 2}) {
+        const Instance &own = scene.instances[i], &added = scene.instances[i + 2];
+        const Mesh& mesh = scene.meshes[static_cast<std::size_t>(own.mesh)];
+        const Mesh& other = scene.meshes[static_cast<std::size_t>(added.mesh)];
+        EXPECT_EQ(mesh.positions, other.positions);
+        ASSERT_EQ(mesh.normals.size(), other.normals.size());
+        for (std::size_t n = 0; n < mesh.normals.size(); ++n)
+            EXPECT_LT(glm::distance(mesh.normals[n], other.normals[n]), 1e-6f);
+        EXPECT_EQ(mesh.triangles, other.triangles);
+        EXPECT_EQ(own.object_to_world, added.object_to_world);
+        const Material& front = scene.materials[other.triangle_material[0]];
+        EXPECT_EQ(front.emission, scene.materials[mesh.triangle_material[0]].emission);
+        EXPECT_EQ(front.specular, 0.0f);
+    }
+}
+
+TEST(AddedLights, HierarchiesFollowTheirSurfacesAlone) {
+    const auto surfaces = [](std::initializer_list<std::pair<AddEdit, const char*>> texts) {
+        return surface_edits(edits_of(texts));
+    };
+    const SceneEdits panel = surfaces({{add_new_light, kPanel}});
+    EXPECT_EQ(surfaces({{add_new_light, kPanel}, {add_light_edit, "panel=intensity:3,color:1,1,1"}}), panel);
+    EXPECT_NE(surfaces({{add_new_light, kPanel}, {add_light_edit, "panel=position:0,1,0"}}), panel);
+    EXPECT_NE(surfaces({{add_new_light, kPanel}, {add_light_edit, "p*=off"}}), panel);
+    EXPECT_EQ(surfaces({{add_new_light, "day=kind:sun"}, {add_light_edit, "key=position:0,1,0"}}), SceneEdits());
+}
+
+TEST(AddedLights, UnusableOnesAreOneLine) {
+    const Yard yard;
+    const auto refuse = [&](const std::vector<const char*>& lights, const std::string& element) {
+        expect_refusal(
+            [&] {
+                SceneEdits edits;
+                for (const char* light : lights) add_new_light(edits, "--add-light", light);
+                check_edits(edits, yard.scene, yard.tree);
+            },
+            element, "--add-light");
+    };
+    refuse({"a=position:0,0,0"}, "expects NAME=kind:KIND");
+    refuse({"a=kind:lamp,position:0,0,0"}, "kind: 'lamp' is none of point, spot, sun, rectangle, disc");
+    refuse({"a=kind:point,kind:spot,position:0,0,0"}, "two kinds");
+    refuse({"a=kind:point"}, "a point needs a position");
+    refuse({"a=kind:point,position:0,nan,0"}, "position: expects numbers");
+    refuse({"a=kind:point,position:0,0,0,intensity:-1"}, "intensity");
+    refuse({"a=kind:disc,position:0,0,0,size:0"}, "size: expects numbers from");
+    refuse({"a=kind:disc,position:0,0,0,size:1,2,3"}, "size: expects one number or two");
+    refuse({"a=kind:disc,position:0,0,0,radius:1"}, "light 'a': a disc has no radius");
+    refuse({"a=kind:sun,position:0,0,0"}, "light 'a': a sun has no position");
+    refuse({"a=kind:point,position:0,0,0,direction:0,1,0"}, "a point has no direction");
+    refuse({"a=kind:spot,position:0,0,0,inner:40,outer:20"}, "is not less than outer");
+    refuse({"a=kind:sun", "a=kind:sun"}, "light 'a' is added twice");
+    refuse({"key=kind:sun"}, "the scene has a light 'key'");
+    refuse({"7=kind:sun"}, "'7' cannot name a light");
+    refuse({"a*=kind:sun"}, "'a*' cannot name a light");
+    SceneEdits invalid;
+    invalid.added_lights = {{"a", LampKind::disc, {.position = dvec3(0), .size = vec2(0, 1)}}};
+    expect_refusal([&] { yard.with(invalid); }, "size: 0 is outside");
+    invalid.added_lights = {{"a", LampKind::point, {.position = dvec3(0, NAN, 0)}}};
+    expect_refusal([&] { yard.with(invalid); }, "position: nan is outside");
+    Scene scene = yard.scene;
+    EXPECT_NE(error_message([&] { apply(invalid, scene, yard.tree); }), "");
+    EXPECT_EQ(scene.lights.size(), 1u) << "a scene stays as it was";
+    expect_refusal([&] { edits_in_file(R"("added_lights": {"a": {"position": [0, 0, 0]}})"); }, "has no 'kind'");
+    expect_refusal([&] { edits_in_file(R"("added_lights": {"a": {"kind": "lamp"}})"); },
+                   "added_lights.a: kind: 'lamp'");
+    expect_refusal([&] { yard.with(edits_in_file(R"("added_lights": {"a": {"kind": "sun"}}, "lights": {"a": 2})")); },
+                   "light 'a' has a further edit");
+}
+
 TEST(MaterialEdits, ReplaceProperties) {
     const Yard yard;
     const auto edited = [&](const char* text) { return yard.with(edits_of({{add_material_edit, text}})).materials; };
@@ -331,6 +464,23 @@ TEST(EditTexts, RestoreTheEditExactly) {
     EXPECT_EQ(edits.lights[0].edit, light);
     EXPECT_EQ(edits.nodes.at(0).edit, node);
     EXPECT_EQ(text(LightEdit{.factor = 2, .temperature = 2700.5f}), "factor:2,temperature:2700.5");
+}
+
+TEST(EditTexts, FilesKeepAddedLights) {
+    const SceneEdits edits = edits_of({{add_new_light, "b=kind:sun,direction:1,-2,3,angle:0.53"},
+                                       {add_new_light, kPanel},
+                                       {add_new_light, "a=kind:spot,position:0,1,0,inner:20,outer:31.5"},
+                                       {add_light_edit, "b=off"}});
+    SavedSettings saved;
+    saved.edits = edits;
+    SceneEdits read = parse_settings(settings_text(saved, "."), "a.json").edits;
+    ASSERT_EQ(read.added_lights.size(), 3u);
+    EXPECT_LT(glm::distance(*read.added_lights[0].edit.direction, *edits.added_lights[0].edit.direction), 1e-12);
+    read.added_lights[0].edit.direction = edits.added_lights[0].edit.direction;  // normalised again
+    EXPECT_EQ(read.added_lights, edits.added_lights);
+    EXPECT_EQ(
+        edits_in_file(R"("added_lights": {"a": {"kind": "disc", "position": [0, 1, 0], "size": 2}})").added_lights,
+        edits_of({{add_new_light, "a=kind:disc,position:0,1,0,size:2"}}).added_lights);
 }
 
 TEST(EditTexts, NumbersAreNamesInFilesAndOptions) {

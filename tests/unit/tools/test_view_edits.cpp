@@ -392,6 +392,85 @@ TEST(ViewLights, SizesArePulledOutOfLamps) {
         << "small angles can be set";
 }
 
+TEST_F(ViewEdits, LampsAreAddedDuplicatedAndDeleted) {
+    const auto name = [&] { return session.name_of(session.selection); };
+    const dvec2 middle = 0.5 * dvec2(kSize);
+    session.add_lamp(LampKind::spot, middle, kSize);
+    EXPECT_EQ(name(), "light spot");
+    const LightEdit spot = session.edits.added_lights.at(0).edit;
+    const dvec3 lit = session.picker().pick(ray_through(session.camera(), middle, kSize))->position;
+    const dvec3 way = lit - *spot.position;
+    EXPECT_GT(glm::dot(glm::normalize(way), *spot.direction), 0.999) << "it shines on the surface in the middle";
+    EXPECT_NEAR(double(*spot.intensity), kPi* glm::dot(way, way), 0.02 * kPi * glm::dot(way, way));
+    session.duplicate_lamp();
+    EXPECT_EQ(name(), "light spot 2");
+    EXPECT_NE(session.edits.added_lights.at(1).edit.position, spot.position);
+    session.add_lamp(LampKind::rectangle, middle, kSize);
+    ASSERT_EQ(session.lights().size(), session.scene().lights.size() + 3);
+    const AreaLamp panel = session.area_lamp(session.selection.index).value();
+    const Camera camera = session.camera();
+    session.selection = {};
+    session.select(*Projection(camera, kSize).pixel(panel.light.position), kSize);
+    EXPECT_EQ(name(), "light rectangle") << "its surface is picked";
+    session.select("light:spot");
+    set_shown(session, session.selection, false);
+    EXPECT_TRUE(session.edits.lights.empty());
+    EXPECT_TRUE(HiddenObjects(session).contains(session.selection));
+    set_shown(session, session.selection, true);
+    EXPECT_EQ(session.edits.added_lights.at(0).edit, spot);
+    const SavedSettings before = session.document();
+    EXPECT_TRUE(session.remove_lamp());
+    EXPECT_EQ(session.edits.added_lights.size(), 2u);
+    EXPECT_FALSE(session.remove_lamp()) << "nothing is selected";
+    session.select("light:rectangle");
+    session.restore(before);
+    EXPECT_EQ(name(), "light rectangle") << "undo keeps the selection";
+    session.restore(SavedSettings());
+    EXPECT_EQ(session.selection, Selection());
+    EXPECT_EQ(session.references().lights.size(), session.scene().lights.size());
+}
+
+TEST_F(ViewEdits, HandlesAimSpotsAndSetTheirCones) {
+    constexpr double kLength = 60;
+    edit(add_new_light, "spot=kind:spot,position:0.5,0.9,0.5,direction:0,-1,0,inner:20,outer:30");
+    session.select("light:spot");
+    Gizmo gizmo;
+    const auto square = [&](LightHandle which) {
+        for (const auto& handle : gizmo.handles(session, kSize, kLength))
+            if (handle.axis == Gizmo::kLight + static_cast<int>(which))
+                return 0.5 * ((handle.lines.end() - 4)->at(0) + (handle.lines.end() - 2)->at(0));
+        return dvec2(-1);
+    };
+    const auto drag = [&](LightHandle which, const dvec2& by) {
+        const int axis = Gizmo::kLight + static_cast<int>(which);
+        const dvec2 from = square(which);
+        EXPECT_EQ(Gizmo::axis_at(gizmo.handles(session, kSize, kLength), from, 9), axis);
+        gizmo.begin(session, kSize, kLength, axis, from);
+        gizmo.drag(session, from + by);
+        gizmo.end(session);
+        EXPECT_LT(glm::length(square(which) - from - by), 6) << "the square follows the mouse";
+        return session.edits.added_lights.at(0).edit;
+    };
+    const dvec2 middle = *Projection(session.camera(), kSize).pixel({0.5, 0.9, 0.5});
+    const double side = square(LightHandle::outer).x < middle.x ? -1 : 1;
+    EXPECT_NEAR(std::abs(square(LightHandle::outer).x - middle.x), 0.5 * kLength, 1) << "sine of 30 degrees";
+    const LightEdit wide = drag(LightHandle::outer, dvec2(10 * side, -8));
+    EXPECT_GT(*wide.outer, 35.0f);
+    EXPECT_NEAR(*wide.inner, 20.0f, 1e-4f);
+    const LightEdit soft = drag(LightHandle::inner, dvec2(10 * side, 0));
+    EXPECT_LT(*soft.inner, 15.0f);
+    EXPECT_NEAR(*soft.outer, *wide.outer, 1e-4f);
+    const LightEdit aimed = drag(LightHandle::aim, dvec2(30, 0));
+    EXPECT_GT(aimed.direction->x, 0.2);
+    edit(add_new_light, "panel=kind:rectangle,position:0.5,0.5,0.5,direction:0,0,1,size:0.4,0.2");
+    session.select("light:panel");
+    session.edits.added_lights.erase(session.edits.added_lights.begin());
+    session.select("light:panel");
+    const LightEdit broad = drag(LightHandle::width, dvec2(square(LightHandle::width).x < middle.x ? -20 : 20, 0));
+    EXPECT_GT(broad.size->x, 0.41f);
+    EXPECT_FLOAT_EQ(broad.size->y, 0.2f);
+}
+
 /// Edits of the nodes above turn the axes along which the edit of a node counts, and the handles follow these axes.
 TEST(ViewNodes, FollowThoseAbove) {
     const TemporaryFolder folder;
