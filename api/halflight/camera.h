@@ -20,11 +20,12 @@ struct CameraChoice {
     // Camera of the scene: its name, or its number from 0. "inside" and "outside" are default cameras if no camera has
     // that name.
     std::optional<std::string> camera{};
-    std::optional<dvec3> look_from{};  // position, world, metres; needs look_at
-    std::optional<dvec3> look_at{};    // target, world, metres
-    dvec3 up{0, 1, 0};                 // up direction of look_from
-    double vertical_fov = 45;          // field of view of look_from, degrees, (0, 180)
-    std::optional<CameraPose> pose{};  // camera of a settings file or of the caller
+    std::optional<dvec3> look_from{};      // position, world, metres; needs look_at
+    std::optional<dvec3> look_at{};        // target, world, metres
+    dvec3 up{0, 1, 0};                     // up direction of look_from
+    double vertical_fov = 45;              // field of view of look_from, degrees, (0, 180)
+    std::optional<double> override_fov{};  // field of view in place of that of `pose` and `camera`, degrees, (0, 180)
+    std::optional<CameraPose> pose{};      // camera of a settings file or of the caller
     double aspect = 0;  // width / height of one eye's picture, for the camera of a scene that has none; 0: 16 / 9
     // Replaces the scene's first camera by the default one if it sees no surface; `camera` is empty then.
     bool replace_blind = false;
@@ -40,6 +41,7 @@ struct ChosenCamera {
     std::string origin;                // phrase after "camera": "'nave' of the scene", "of the command line", ...
     std::string options{};             // "--look-from=... --look-at=... --vfov=...": of a default camera
     std::string warning{};             // the scene's camera that sees nothing; empty: none
+    Lens keyed_lens{};                 // members that edits over frames set: they replace those of settings
     dvec3 pivot{0};                    // point about which a turntable turns the camera, world units
 };
 
@@ -50,12 +52,18 @@ std::string camera_options(const Camera& camera, const dvec3& at);
 /// `probe` is a probe of the scene, which other questions share; null: there is none yet.
 ChosenCamera choose_camera(const Scene& scene, const CameraChoice& choice, const rays::LazyProbe* probe = nullptr);
 
+/// Returns the number of the scene's camera that has the name or number. Throws Error that lists the cameras, about
+/// `source` and the scene, if there is none.
+std::size_t find_camera(const Scene& scene, const std::string& wanted, const std::string& source);
+
 /// Returns the camera of `choice` if it is none of the scene's.
 std::optional<Camera> free_camera(const Scene& scene, const CameraChoice& choice);
 
 /// Returns the azimuth of the neutral light for a choice of camera: that of its point of view, degrees from +Z to +X.
 double azimuth_of_light(const Scene& scene, const CameraChoice& choice);
 
+/// Returns a lens with the members that are set in `wanted`, and those of `lens` elsewhere.
+Lens merged(Lens lens, const Lens& wanted);
 /// Returns a camera whose lens follows `wanted`; members that are not set there remain those of the camera. Throws
 /// Error if a focus lacks an aperture, or an aperture lacks a focus.
 Camera with_lens(Camera camera, const Lens& wanted);

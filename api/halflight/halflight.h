@@ -13,6 +13,7 @@
 
 #include "api/halflight/camera.h"
 #include "api/halflight/camera_pose.h"
+#include "api/halflight/edit_keys.h"
 #include "api/halflight/edit_text.h"
 #include "api/halflight/environment_choice.h"
 #include "api/halflight/frame_names.h"

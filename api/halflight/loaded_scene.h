@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "api/halflight/camera.h"
+#include "api/halflight/edit_keys.h"
 #include "api/halflight/environment_choice.h"
 #include "api/halflight/log.h"
 #include "api/halflight/scene_edits.h"
@@ -49,6 +50,7 @@ struct SceneChoice {
     std::optional<double> light_azimuth{};  // azimuth of the neutral light, degrees from +Z; none: the camera's
     SceneEdits edits{};
     std::string edits_source{};  // settings file of `edits`, for errors; empty: none
+    EditKeys keys{};             // edits over frames
     // Animation that plays: a name, which comes first since a name may be a number; a number from 0; "all" or "none".
     // Without a value the scene is at rest, at the pose of its nodes, and animations are not read.
     std::optional<std::string> animation{};
@@ -176,6 +178,12 @@ class LoadedScene {
     /// Replaces all edits, in the last pose. Throws Error as check_edits() does, and keeps the earlier edits then.
     void edit(SceneEdits edits);
     const SceneEdits& edits() const { return choice_.edits; }
+    /// Replaces the edits over frames. The scene is at 0 s afterwards. Throws Error as edit() does, and keeps the
+    /// earlier ones then.
+    void set_keys(EditKeys keys);
+    const EditKeys& keys() const { return choice_.keys; }
+    /// Returns all edits at a time.
+    SceneEdits edits_at(double seconds) const;
     /// Returns the instances of the last pose before edits, by which SceneEdits::transforms are numbered.
     const std::vector<Instance>& unedited_instances() const;
     /// Chooses another camera. Throws Error if the scene has none of that name, and keeps the earlier one then.
@@ -185,8 +193,8 @@ class LoadedScene {
     /// camera was chosen.
     void frame_for(double aspect);
 
-    /// Poses scene() at a time. Cameras are returned by camera(). Throws Error for an invalid pose, and if an edit
-    /// does not suit the pose; scene() then needs another pose.
+    /// Poses scene() at a time, with the edits of that time. Cameras are returned by camera(). Throws Error for an
+    /// invalid pose, and if an edit does not suit the pose; scene() then needs another pose.
     void pose(double seconds);
     /// Returns the scene at another time, without an environment. Needs surfaces_move(). Throws Error like pose().
     Scene posed(double seconds);
@@ -199,7 +207,7 @@ class LoadedScene {
     /// Lets `deformer` move vertices in later calls of pose() and posed(); null: the CPU. Needs surfaces_move().
     void deform_by(Deformer* deformer);
     Deformer* deformer() const { return deformer_; }
-    /// Returns whether more of scene() than its cameras depends on time.
+    /// Returns whether more of scene() than its cameras depends on time: by an animation, or by edits over frames.
     bool surfaces_move() const { return surfaces_move_; }
     /// Returns whether some animation of a scene with pages changes materials, though it may not play.
     bool drives_materials() const { return !driven_materials_.empty(); }
@@ -207,7 +215,7 @@ class LoadedScene {
     /// Returns the chosen camera at a time.
     ChosenCamera camera(double seconds);
     /// Returns the first and the last time of the shot that the camera shows at a time, seconds. A key of the camera's
-    /// nodes that moves it at once is a cut, which ends a shot.
+    /// nodes that moves it at once is a cut, which ends a shot, and so is such a key of edits.
     std::pair<double, double> shot(double seconds);
     /// Returns whether parts of the scene may appear or vanish (GltfScene::parts_come_and_go()).
     bool parts_come_and_go();
@@ -215,6 +223,10 @@ class LoadedScene {
     const FrameRate& frame_rate() const { return frame_rate_; }
     /// Returns the time of a frame, whole or not, seconds; negative before SceneChoice::frame_offset.
     double time_of(double frame) const { return frame_rate_.seconds(frame - choice_.frame_offset); }
+    /// Returns whether edits leave the environment alike in two frames.
+    bool same_environment(FrameNumber a, FrameNumber b) const;
+    /// Returns the frame at a time, whole or not. It is exact for times of whole frames.
+    double frame_at(double seconds) const;
     /// Returns the end of the last animation that plays, seconds; none if nothing plays.
     std::optional<double> animation_end();
     const std::vector<std::size_t>& playing() const { return playing_; }  ///< Returns indices of animations.
@@ -234,6 +246,16 @@ class LoadedScene {
   private:
     struct Unedited;
     void apply_edits();
+    /// Keeps the scene as it is before its first edit.
+    void keep_unedited();
+    /// Takes choice_.keys. Throws Error for names that find nothing.
+    void take_keys();
+    /// Marks instances that edits over frames move or hide.
+    void mark_moved(Scene& scene, const SceneTree& tree) const;
+    /// Throws Error for edits at a time that pages cannot have.
+    void check_pages(const SceneEdits& edits) const;
+    /// Returns a camera with the values that edits over frames give it at a time.
+    ChosenCamera keyed(ChosenCamera chosen, double seconds);
     void restore_unedited();
     /// Turns the neutral sky, if it is in use, to the chosen camera.
     void turn_light();
@@ -265,13 +287,14 @@ class LoadedScene {
     std::vector<bool> driven_materials_;        // with pages: per material, whether some animation changes it
     std::unique_ptr<SeparateLights> separate_;  // groups of SceneEdits::each_light; null: not asked for
     std::unique_ptr<Unedited> unedited_;        // values of the last pose before edits; null while there were no edits
-    ChosenCamera camera_;
+    ChosenCamera unkeyed_camera_;               // camera at 0 s without edits over frames
+    ChosenCamera camera_;                       // the same with them
     std::shared_ptr<const Environment> own_environment_;
     bool lit_elsewhere_ = false;
-    std::vector<PunctualLight> suns_;  // sun of the environment before edits; empty: none
-    bool surfaces_move_ = false;
-    bool freed_ = false;                // free_surfaces() was called
-    std::vector<bool> used_materials_;  // used_materials() at that time
+    std::vector<PunctualLight> suns_;                  // sun of the environment before edits; empty: none
+    bool surfaces_move_ = false, file_moves_ = false;  // by edits, too; by animations alone
+    bool freed_ = false;                               // free_surfaces() was called
+    std::vector<bool> used_materials_;                 // used_materials() at that time
     Deformer* deformer_ = nullptr;
     std::optional<double> posed_at_ = 0;  // time of the last pose, seconds; none: a former deformer made it
     std::uint64_t revision_ = 1, transform_revision_ = 1, choice_revision_ = 1;

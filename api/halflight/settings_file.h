@@ -25,6 +25,7 @@ struct SavedSettings {
     EnvironmentChoice environment;        // environment; paths of maps are relative to the current folder
     std::optional<double> light_azimuth;  // SceneChoice::light_azimuth, degrees, kEditRotation
     SceneEdits edits;
+    EditKeys keys;  // edits over frames
     struct Moment {
         std::string animation;  // value of --animation
         FrameNumber frame = 0;
@@ -38,7 +39,7 @@ struct SavedSettings {
 /// Returns the names of all settings that settings files can hold: SavedSettings::given for a complete file.
 std::set<std::string_view> saved_settings();
 
-/// Takes environment, edits, variant, line width, animation and camera of the file at `path`.
+/// Takes environment, edits and their keys, variant, line width, animation and camera of the file at `path`.
 void take_settings(const SavedSettings& settings, const std::filesystem::path& path, SceneChoice& scene,
                    CameraChoice& camera);
 

@@ -21,8 +21,10 @@ std::string list_of_cameras(const Scene& scene) {
     return list.empty() ? "it has none" : "its cameras: " + list;
 }
 
-/// Returns the number of a camera. Names come before numbers, since a name may be a number.
+}  // namespace
+
 std::size_t find_camera(const Scene& scene, const std::string& wanted, const std::string& source) {
+    // Names come before numbers, since a name may be a number.
     const auto named = std::ranges::find(scene.cameras, wanted, &Camera::name);
     if (named != scene.cameras.end()) return static_cast<std::size_t>(named - scene.cameras.begin());
     std::size_t index = 0;
@@ -33,8 +35,6 @@ std::size_t find_camera(const Scene& scene, const std::string& wanted, const std
     for (const Camera& camera : scene.cameras) names.push_back(camera.name);
     throw Error(subject, "no camera '{}': {}{}", wanted, list_of_cameras(scene), did_you_mean(wanted, names));
 }
-
-}  // namespace
 
 namespace {
 
@@ -116,6 +116,12 @@ std::string camera_options(const Camera& camera, const dvec3& at) {
 ChosenCamera choose_camera(const Scene& scene, const CameraChoice& c, const rays::LazyProbe* probe) {
     const rays::LazyProbe own(scene);
     ChosenCamera chosen = camera_of_choice(scene, c, probe ? *probe : own);
+    if (c.override_fov && chosen.camera.orthographic)
+        throw Error("camera '" + chosen.camera.name + "'", "is orthographic, and has no field of view (--vfov)");
+    if (c.override_fov && !c.look_from) {
+        chosen.camera.vertical_fov = glm::radians(*c.override_fov);
+        chosen.options.clear();  // the camera no longer fits the scene
+    }
     if (c.turntable == 0 || !chosen.options.empty()) return chosen;
     const WorldBounds box = world_bounds(scene);
     if (c.look_from)
@@ -138,14 +144,19 @@ double azimuth_of_light(const Scene& scene, const CameraChoice& c) {
     return view_azimuth(choose_camera(scene, c).camera);
 }
 
-Camera with_lens(Camera camera, const Lens& wanted) {
-    Lens& lens = camera.lens;
+Lens merged(Lens lens, const Lens& wanted) {
     if (wanted.fstop > 0) lens.fstop = wanted.fstop, lens.aperture = 0;
     if (wanted.aperture > 0) lens.aperture = wanted.aperture;
     if (wanted.sensor > 0) lens.sensor = wanted.sensor;
     if (wanted.blades > 0) lens.blades = wanted.blades;
     if (wanted.rotation != 0) lens.rotation = wanted.rotation;
     if (wanted.focus.kind != Focus::Kind::open) lens.focus = wanted.focus;
+    return lens;
+}
+
+Camera with_lens(Camera camera, const Lens& wanted) {
+    camera.lens = merged(camera.lens, wanted);
+    Lens& lens = camera.lens;
     if (wanted.aperture > 0 && lens.focus.kind == Focus::Kind::open)
         throw Error("aperture", "blurs nothing without a focus (--focus)");
     if (lens.focus.chosen() && !lens.blurs())

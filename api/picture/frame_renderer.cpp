@@ -233,8 +233,10 @@ struct FrameRenderer::State {
     /// blur, not the exposure.
     void take_lens() {
         Lens& lens = settings.view.camera.lens;
-        const Camera& camera = scene.chosen_camera().camera;
-        if (lens.focus.kind == Focus::Kind::open && camera.lens.blurs()) lens = with_lens(camera, lens).lens;
+        const ChosenCamera& chosen = scene.chosen_camera();
+        const Lens keyed = halflight::merged(lens, chosen.keyed_lens);
+        if (lens.focus.kind == Focus::Kind::open && (chosen.camera.lens.blurs() || keyed.focus.chosen()))
+            lens = with_lens(chosen.camera, keyed).lens;
     }
     /// Returns the camera at a frame, whole or not.
     Camera camera_at(double frame) const { return equipped(scene.camera(scene.time_of(frame)), settings); }
@@ -293,7 +295,8 @@ struct FrameRenderer::State {
     }
     /// Returns the text that tells the checkpoint of a part, or of all samples, from those of other pictures.
     std::string checkpoint_fingerprint(FrameNumber number, int of_part) const {
-        KeyText keys(frame_fingerprint(sums_fingerprint(scene, settings, shutter), number));
+        const std::string own = EditPrints(scene, settings, shutter).text(number, 0);
+        KeyText keys(frame_fingerprint(sums_fingerprint(scene, settings, shutter), number, own));
         if (of_part > 0) keys.add("part", std::to_string(of_part));
         return keys.text();
     }

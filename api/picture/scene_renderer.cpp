@@ -22,7 +22,8 @@ bool in_tiles(const Scene& scene) {
 }  // namespace
 
 Camera equipped(const ChosenCamera& chosen, const RenderSettings& settings) {
-    return with_optics(with_lens(chosen.camera, settings.view.camera.lens), settings.optics);
+    const Lens lens = halflight::merged(settings.view.camera.lens, chosen.keyed_lens);
+    return with_optics(with_lens(chosen.camera, lens), settings.optics);
 }
 
 SceneRenderer::SceneRenderer(LoadedScene& scene, const RenderSettings& settings, RendererOptions& options,

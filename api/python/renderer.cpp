@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <set>
 
@@ -201,12 +202,71 @@ std::unique_ptr<PyRenderer> make_renderer(std::shared_ptr<PyScene> scene, const 
         PyRenderer{std::move(scene), std::move(renderer), std::move(output), texts, frame});
 }
 
+bool same_camera(const CameraChoice& a, const CameraChoice& b) {
+    return a.camera == b.camera && a.look_from == b.look_from && a.look_at == b.look_at && a.up == b.up &&
+           a.vertical_fov == b.vertical_fov && a.pose == b.pose;
+}
+
+/// Returns the keys of edits that a function makes for each frame, and for those near it on which pictures depend. It
+/// gets the scene as it is now each time, and leaves it so.
+EditKeys keys_of_function(PyScene& s, const py::object& function, const std::vector<FrameNumber>& frames,
+                          FrameNumber near) {
+    LoadedScene& scene = s.scene;
+    const SceneEdits base = scene.edits();
+    const CameraChoice camera = scene.camera_choice();
+    const auto restore = [&] {
+        scene.edit(base);
+        if (!same_camera(scene.camera_choice(), camera)) scene.set_camera(camera);
+    };
+    std::set<FrameNumber> all{scene.choice().frame_offset};  // the exposure and the pilot follow from the scene at 0 s
+    for (const FrameNumber frame : frames)
+        for (FrameNumber n = frame - near; n <= frame + near; ++n) all.insert(n);
+    std::vector<FrameEdits> edits;
+    try {
+        for (const FrameNumber frame : all) {
+            restore();
+            function(frame);
+            FrameEdits& own = edits.emplace_back(FrameEdits{frame, scene.edits(), {}});
+            const CameraChoice& now = scene.camera_choice();
+            if (same_camera(now, camera)) continue;
+            if (now.look_from)
+                own.camera = {.from = now.look_from, .at = now.look_at, .up = now.up, .vfov = now.vertical_fov};
+            else
+                own.camera.camera = now.camera;
+        }
+    } catch (...) {
+        restore();
+        throw;
+    }
+    restore();
+    return keys_of(edits, base, "edit()");
+}
+
 py::dict render_files(const std::shared_ptr<PyScene>& scene, const SettingTexts& texts, const RendererOptions& renderer,
                       const OutputOptions& output, const std::vector<std::filesystem::path>& outputs,
                       const std::vector<FrameNumber>& frames, const std::optional<std::filesystem::path>& movie,
                       const std::optional<std::filesystem::path>& stats, bool overwrite,
-                      const std::vector<std::string>& accept_sources, bool develop, py::object function,
-                      py::object log) {
+                      const std::vector<std::string>& accept_sources, bool develop, const py::object& edit,
+                      py::object function, py::object log) {
+    const RenderSettings settings = settings_of(texts, scene->scene.chosen_camera().camera);
+    struct Keys {
+        LoadedScene& scene;
+        EditKeys before;
+        ~Keys() {
+            try {
+                scene.set_keys(before);
+            } catch (const Error&) {  // its surfaces were freed
+            }
+        }
+    } const keys{scene->scene, scene->scene.keys()};
+    if (!edit.is_none()) {
+        const int reach = settings.denoise_frames.value_or(has_halves(settings) ? kDenoiseFrames : 0);
+        const auto open = static_cast<FrameNumber>(std::ceil(renderer.shutter.open));
+        EditKeys all = keys.before;
+        for (EditTrack& track : keys_of_function(*scene, edit, frames, std::max(reach, 1) + open).tracks)
+            all.tracks.push_back(std::move(track));
+        scene->scene.set_keys(std::move(all));
+    }
     const Busy busy(*scene);
     Callback progress(std::move(function));
     const SequenceOptions options{.frames = frames,
@@ -218,7 +278,6 @@ py::dict render_files(const std::shared_ptr<PyScene>& scene, const SettingTexts&
                                   .accept_sources = accept_sources,
                                   .develop = develop,
                                   .output = output};
-    const RenderSettings settings = settings_of(texts, scene->scene.chosen_camera().camera);
     const Log sink = log_to(std::move(log));
     SequenceEvents events;
     events.go_on = [&] { return progress(); };

@@ -10,6 +10,7 @@
 #include "api/scene/added_surfaces.h"
 #include "api/scene/blocked_light.h"
 #include "api/scene/light_groups.h"
+#include "api/scene/node_edits.h"
 #include "api/scene/paged_edits.h"
 #include "api/scene/scene_cache.h"
 #include "engine/core/cache_folder.h"
@@ -37,6 +38,11 @@ struct LoadedScene::Unedited {
         materials = scene.materials;
         lights = scene.lights;
         instances = scene.instances;
+    }
+    void give_surfaces(Scene& scene) const {
+        scene.materials = materials;
+        scene.lights = lights;
+        scene.instances = instances;
     }
 };
 
@@ -130,7 +136,7 @@ LoadedScene::LoadedScene(SceneChoice choice, const CameraChoice& camera, const L
     own_environment_ = std::make_shared<const Environment>(scene_.environment);
     if (const auto* map = std::get_if<std::filesystem::path>(&choice_.environment)) environment_file_ = versioned(*map);
     rays::LazyProbe probe(scene_);
-    camera_ = choose_camera(scene_, camera, &probe);
+    unkeyed_camera_ = camera_ = choose_camera(scene_, camera, &probe);
     set_environment(scene_, choice_.environment, log,
                     {.lit_elsewhere = lit_elsewhere_,
                      .lamps = choice_.lamps,
@@ -140,7 +146,7 @@ LoadedScene::LoadedScene(SceneChoice choice, const CameraChoice& camera, const L
                      .straight_glass = choice_.edits.straight_glass});
     std::ranges::copy_if(scene_.lights, std::back_inserter(suns_), &PunctualLight::of_environment);
     size_ = size_of(scene_);  // with surfaces that edits hide, which later edits may show
-    size_.moves = surfaces_move_;
+    take_keys();
     apply_edits();
     for (const LightProfile& profile : scene_.light_profiles)
         if (profile.candela == 0 && !profile.path.empty())
@@ -148,7 +154,7 @@ LoadedScene::LoadedScene(SceneChoice choice, const CameraChoice& camera, const L
     if (!pages_)
         for (const std::string& name : dark_light_groups(scene_, driven_emission_))
             log.warn("light group '{}' has no light", name);
-    if (surface_edits(choice_.edits) != SceneEdits()) probe.reset();
+    if (surface_edits(edits_at(0)) != SceneEdits()) probe.reset();
     choose(&probe);
     if (!camera_.warning.empty()) log.warn("{}", camera_.warning);
     if (!camera_.options.empty()) log.note("default camera: {}", camera_.options);
@@ -189,7 +195,7 @@ bool LoadedScene::take_file(SceneFile file, const Log& log) {
     playing_ = file_->playing();
     const bool lit_later = file_->drives_light();
     driven_emission_ = file_->driven_emission();
-    surfaces_move_ = file_->surfaces_move();
+    surfaces_move_ = file_moves_ = file_->surfaces_move();
     scene_ = file_->at(0);
     tree_ = file_->tree_at(0);
     files_ = file_->gltf().files();
@@ -281,17 +287,100 @@ LoadedScene::LoadedScene(LoadedScene&&) noexcept = default;
 LoadedScene& LoadedScene::operator=(LoadedScene&&) noexcept = default;
 LoadedScene::~LoadedScene() = default;
 
-void LoadedScene::apply_edits() {
-    if (pages_)
-        check_paged_edits(choice_.edits, scene_, pages_->index(), choice_.scene.string(), choice_.edits_source,
-                          driven_materials_);
-    if (!unedited_) {
-        if (choice_.edits == SceneEdits()) return;
-        unedited_ = std::make_unique<Unedited>();
-        unedited_->take_surfaces(scene_);
-        unedited_->environment = scene_.environment;
+namespace {
+
+/// Returns whether edits over frames change more than cameras.
+bool change_scene(const EditKeys& keys) {
+    using enum EditTrack::Of;
+    return keys.has({scene, environment, lights, materials, nodes, hide});
+}
+
+}  // namespace
+
+double LoadedScene::frame_at(double seconds) const {
+    constexpr double kRounding = 1e-9;  // of times, frames
+    const double frame = seconds * frame_rate_.numerator / frame_rate_.denominator, whole = std::round(frame);
+    return choice_.frame_offset +
+           (std::abs(frame - whole) < kRounding * std::max(1.0, std::abs(frame)) ? whole : frame);
+}
+
+bool LoadedScene::same_environment(FrameNumber a, FrameNumber b) const {
+    if (!choice_.keys.has({EditTrack::Of::environment})) return true;
+    const SceneEdits x = edits_at(time_of(double(a))), y = edits_at(time_of(double(b)));
+    return x.environment_rotation == y.environment_rotation && x.environment_intensity == y.environment_intensity &&
+           x.environment_tint == y.environment_tint;
+}
+
+SceneEdits LoadedScene::edits_at(double seconds) const {
+    SceneEdits edits = choice_.edits;
+    apply_keys(choice_.keys, frame_at(seconds), edits);
+    return edits;
+}
+
+void LoadedScene::mark_moved(Scene& scene, const SceneTree& tree) const {
+    std::vector<std::string> nodes, hidden;
+    for (const EditTrack& track : choice_.keys.tracks) {
+        if (track.of == EditTrack::Of::nodes) nodes.push_back(track.name);
+        if (track.of == EditTrack::Of::hide) hidden.push_back(track.name);
     }
-    apply(choice_.edits, scene_, tree_, choice_.edits_source);
+    if (nodes.empty() && hidden.empty()) return;
+    const std::vector<bool> moved = instances_below(nodes, hidden, scene, tree);
+    for (std::size_t i = 0; i < moved.size(); ++i) scene.instances[i].moves = scene.instances[i].moves || moved[i];
+}
+
+void LoadedScene::take_keys() {
+    surfaces_move_ = file_moves_ || change_scene(choice_.keys);
+    size_.moves = surfaces_move_;
+    if (!pages_) mark_moved(scene_, tree_);
+}
+
+void LoadedScene::check_pages(const SceneEdits& edits) const {
+    if (pages_)
+        check_paged_edits(edits, scene_, pages_->index(), choice_.scene.string(), choice_.edits_source,
+                          driven_materials_);
+}
+
+void LoadedScene::set_keys(EditKeys keys) {
+    if (keys == choice_.keys) return;
+    const auto take = [&](EditKeys taken) {
+        posed_at_.reset();
+        restore_unedited();
+        for (Instance& instance : scene_.instances) instance.moves = instance.moves && file_moves_;
+        choice_.keys = std::move(taken);
+        take_keys();
+        keep_unedited();
+        unedited_->instances = scene_.instances;
+        if (file_moves_)
+            pose(0);
+        else
+            posed_at_ = 0, apply_edits();
+    };
+    check_surfaces();
+    EditKeys earlier = choice_.keys;
+    try {
+        take(std::move(keys));
+    } catch (...) {
+        take(std::move(earlier));
+        throw;
+    }
+    choose();
+    ++revision_, ++choice_revision_, ++transform_revision_;
+    framed_ = transform_revision_;
+}
+
+void LoadedScene::keep_unedited() {
+    if (unedited_) return;
+    unedited_ = std::make_unique<Unedited>();
+    unedited_->take_surfaces(scene_);
+    unedited_->environment = scene_.environment;
+}
+
+void LoadedScene::apply_edits() {
+    const SceneEdits edits = edits_at(posed_at_.value_or(0));
+    check_pages(edits);
+    if (!unedited_ && edits == SceneEdits() && choice_.keys.empty()) return;
+    keep_unedited();
+    apply(edits, scene_, tree_, choice_.edits_source);
     separate_.reset();
     if (!choice_.edits.each_light) return;
     separate_ = std::make_unique<SeparateLights>(separate_lights(scene_, driven_emission_, scene_.name));
@@ -301,9 +390,7 @@ void LoadedScene::apply_edits() {
 void LoadedScene::restore_unedited() {
     remove_added(scene_);
     if (!unedited_) return;
-    scene_.materials = unedited_->materials;
-    scene_.lights = unedited_->lights;
-    scene_.instances = unedited_->instances;
+    unedited_->give_surfaces(scene_);
     scene_.environment = unedited_->environment;
 }
 
@@ -359,9 +446,10 @@ void LoadedScene::set_camera(const CameraChoice& camera) {
 void LoadedScene::choose(const rays::LazyProbe* probe) {
     {
         const WithoutAdded seen(scene_);
-        camera_ = choose_camera(scene_, camera_choice_, probe);
+        unkeyed_camera_ = choose_camera(scene_, camera_choice_, probe);
     }
     frame_motion();
+    camera_ = keyed(unkeyed_camera_, 0);
     turn_light();
     framed_ = transform_revision_;
 }
@@ -370,20 +458,23 @@ void LoadedScene::frame_for(double aspect) {
     const CameraChoice& c = camera_choice_;
     const double now = c.aspect > 0 ? c.aspect : kUsualAspect;
     const bool framed = aspect == now && framed_ == transform_revision_;
-    if (camera_.options.empty() || c.look_from || c.pose || framed || freed_) return;
+    if (unkeyed_camera_.options.empty() || c.look_from || c.pose || framed || freed_) return;
     pose(0);
     camera_choice_.aspect = aspect;
     choose();
 }
 
-/// Lets a default camera outside frame the surfaces in all poses of the animation that plays.
+/// Lets a default camera outside frame the surfaces in all poses of the animation that plays. Edits over frames do not
+/// count, so that frames do not depend on keys of others.
 void LoadedScene::frame_motion() {
     constexpr int kPoses = 8;
-    if (camera_.options.empty() || camera_.camera.name == kInsideCamera || camera_choice_.turntable > 0 || pages_ ||
-        !surfaces_move_)
+    ChosenCamera& chosen = unkeyed_camera_;
+    if (chosen.options.empty() || chosen.camera.name == kInsideCamera || camera_choice_.turntable > 0 || pages_ ||
+        !file_moves_)
         return;
     const WorldBounds first = world_bounds(scene_);
     WorldBounds all = first;
+    EditKeys keys = std::exchange(choice_.keys, {});
     for (int i = 1; i <= kPoses; ++i) {
         try {
             pose(file_->end() * i / kPoses);
@@ -393,32 +484,43 @@ void LoadedScene::frame_motion() {
         const WorldBounds now = world_bounds(scene_);
         all = {glm::min(all.lower, now.lower), glm::max(all.upper, now.upper)};
     }
+    choice_.keys = std::move(keys);
     pose(0);
     if (all.empty() || (all.lower == first.lower && all.upper == first.upper)) return;
     const double aspect = camera_choice_.aspect > 0 ? camera_choice_.aspect : kUsualAspect;
-    camera_.camera = framing_camera(all, aspect, false);
-    camera_.origin = "that frames all poses of the scene";
-    camera_.options = camera_options(camera_.camera, 0.5 * all.lower + 0.5 * all.upper);
+    chosen.camera = framing_camera(all, aspect, false);
+    chosen.origin = "that frames all poses of the scene";
+    chosen.options = camera_options(chosen.camera, 0.5 * all.lower + 0.5 * all.upper);
 }
 
 void LoadedScene::pose(double seconds) {
     if (!surfaces_move_ || seconds == posed_at_) return;
     posed_at_.reset();  // an edit may not suit the pose; the next call poses again
     remove_added(scene_);
-    file_->pose(scene_, seconds);
-    drop_empty_instances();
-    scene_.lights.insert(scene_.lights.end(), suns_.begin(), suns_.end());
-    if (unedited_) unedited_->take_surfaces(scene_);
-    tree_ = file_->tree_at(seconds);
-    Environment edited = std::exchange(scene_.environment, {});
+    if (file_moves_) {
+        file_->pose(scene_, seconds);
+        drop_empty_instances();
+        scene_.lights.insert(scene_.lights.end(), suns_.begin(), suns_.end());
+        tree_ = file_->tree_at(seconds);
+        if (!pages_) mark_moved(scene_, tree_);
+        if (unedited_) unedited_->take_surfaces(scene_);
+    } else {
+        unedited_->give_surfaces(scene_);
+    }
+    const bool turns = choice_.keys.has({EditTrack::Of::environment});
+    Environment edited = std::exchange(scene_.environment, turns ? unedited_->environment : Environment());
     try {
-        apply(choice_.edits, scene_, tree_, choice_.edits_source);
+        const SceneEdits edits = edits_at(seconds);
+        if (!choice_.keys.empty()) check_pages(edits);
+        apply(edits, scene_, tree_, choice_.edits_source);
     } catch (...) {
         scene_.environment = std::move(edited);
         throw;
     }
-    edited.links = scene_.environment.links;  // classes of objects may differ from pose to pose
-    scene_.environment = std::move(edited);
+    if (!turns) {
+        edited.links = scene_.environment.links;  // classes of objects may differ from pose to pose
+        scene_.environment = std::move(edited);
+    }
     if (separate_) set_light_groups(*separate_, scene_);
     posed_at_ = seconds;
     ++revision_;
@@ -468,18 +570,54 @@ void LoadedScene::deform_by(Deformer* deformer) {
 }
 
 Scene LoadedScene::posed(double seconds) {
-    Scene posed = file_->at(seconds, scene_.images);
-    posed.light_profiles = scene_.light_profiles;
-    posed.lights.insert(posed.lights.end(), suns_.begin(), suns_.end());  // edits may name them
-    apply(choice_.edits, posed, file_->tree_at(seconds), choice_.edits_source);
+    Scene posed;
+    if (file_moves_) {
+        posed = file_->at(seconds, scene_.images);
+        posed.light_profiles = scene_.light_profiles;
+        posed.lights.insert(posed.lights.end(), suns_.begin(), suns_.end());  // edits may name them
+        mark_moved(posed, file_->tree_at(seconds));
+    } else {
+        Environment own = std::exchange(scene_.environment, {});
+        posed = scene_;
+        scene_.environment = std::move(own);
+        remove_added(posed);
+        unedited_->give_surfaces(posed);
+    }
+    apply(edits_at(seconds), posed, file_moves_ ? file_->tree_at(seconds) : tree_, choice_.edits_source);
     if (separate_) set_light_groups(*separate_, posed);
     std::erase_if(posed.lights, &PunctualLight::of_environment);
     return posed;
 }
 
+ChosenCamera LoadedScene::keyed(ChosenCamera chosen, double seconds) {
+    if (!choice_.keys.has({EditTrack::Of::camera})) return chosen;
+    const KeyedCamera keys = keyed_camera(choice_.keys, frame_at(seconds));
+    if (keys.camera) {
+        const std::size_t index = find_camera(scene_, *keys.camera, choice_.edits_source);
+        chosen.camera = playing_.empty() ? scene_.cameras[index] : file_->cameras_at(seconds).at(index);
+        chosen.index = index;
+    }
+    std::optional<CameraPose> free;
+    const CameraChoice& c = camera_choice_;
+    if (!keys.camera && c.look_from)
+        free = CameraPose{.from = *c.look_from, .at = *c.look_at, .up = c.up};
+    else if (!keys.camera)
+        free = c.pose;
+    try {
+        chosen.camera = with_keys(std::move(chosen.camera), keys, free);
+    } catch (const Error& error) {
+        throw Error(choice_.edits_source, "keys.camera: frame {:g}: {}", frame_at(seconds), error.reason());
+    }
+    chosen.keyed_lens = keys.lens;
+    return chosen;
+}
+
 ChosenCamera LoadedScene::camera(double seconds) {
-    ChosenCamera chosen = camera_;
+    ChosenCamera chosen = unkeyed_camera_;
     if (chosen.index && !playing_.empty()) chosen.camera = file_->cameras_at(seconds).at(*chosen.index);
+    if (const auto fov = camera_choice_.override_fov; fov && !camera_choice_.look_from)
+        chosen.camera.vertical_fov = glm::radians(*fov);
+    chosen = keyed(std::move(chosen), seconds);
     if (const int frames = camera_choice_.turntable; frames > 0) {
         const double frame = seconds * frame_rate_.numerator / frame_rate_.denominator;
         chosen.camera = turned(chosen.camera, chosen.pivot, 2 * kPi * frame / frames);
@@ -493,10 +631,13 @@ std::optional<double> LoadedScene::animation_end() {
 
 std::pair<double, double> LoadedScene::shot(double seconds) {
     constexpr double kEver = std::numeric_limits<double>::infinity();
+    std::set<float> cuts;  // keys are compared as floats (keyframes.h)
+    for (const double frame : camera_cuts(choice_.keys)) cuts.insert(static_cast<float>(time_of(frame)));
+    if (camera_.index && !playing_.empty())
+        for (const float cut : file_->camera_cuts(*camera_.index)) cuts.insert(cut);
     std::pair<double, double> shot{-kEver, kEver};
-    if (!camera_.index || playing_.empty()) return shot;
-    const float own = static_cast<float>(seconds);  // keys are compared as floats (keyframes.h)
-    for (const float cut : file_->camera_cuts(*camera_.index)) {
+    const float own = static_cast<float>(seconds);
+    for (const float cut : cuts) {
         if (own < cut) return {shot.first, double{std::nextafter(cut, own)}};
         shot.first = double{cut};
     }
@@ -504,7 +645,7 @@ std::pair<double, double> LoadedScene::shot(double seconds) {
 }
 
 bool LoadedScene::parts_come_and_go() {
-    return surfaces_move_ && !playing_.empty() && file_->parts_come_and_go();
+    return change_scene(choice_.keys) || (file_moves_ && file_->parts_come_and_go());
 }
 
 PoseWarnings::PoseWarnings(const LoadedScene& scene)

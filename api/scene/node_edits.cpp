@@ -156,6 +156,24 @@ Found find_catchers(const SceneEdits& edits, const Scene& scene, const SceneTree
 
 }  // namespace
 
+std::vector<bool> instances_below(const std::vector<std::string>& nodes, const std::vector<std::string>& names,
+                                  const Scene& scene, const SceneTree& tree) {
+    const NamedObjects kinds[] = {nodes_of(tree), meshes_of(scene), lights_of(scene)};
+    Found found(scene, tree);
+    const auto add = [&](const auto& find) {
+        try {
+            find();
+        } catch (const Error&) {  // applying the edits reports it
+        }
+    };
+    for (const std::string& name : nodes) add([&] { found.add({find_objects(kinds[0], name, ""), {}, {}}); });
+    for (const std::string& name : names) add([&] { found.add(find_among(kinds, name, "")); });
+    std::vector<bool> below(scene.instances.size());
+    for (std::size_t i = 0; i < below.size(); ++i)
+        below[i] = found.has(scene.instances[i], node_of_instance(scene, tree, i), tree);
+    return below;
+}
+
 int node_of_instance(const Scene& scene, const SceneTree& tree, std::size_t index) {
     const int node = tree.instance_nodes.empty() ? scene.instances[index].node : tree.instance_nodes.at(index);
     return node >= 0 && static_cast<std::size_t>(node) < tree.nodes.size() ? node : kNone;

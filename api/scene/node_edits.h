@@ -25,6 +25,11 @@ std::vector<bool> movable_nodes(const Scene& scene, const SceneTree& tree);
 MovedObjects move_objects(const SceneEdits& edits, const Scene& scene, const SceneTree& tree,
                           const std::string& subject);
 
+/// Returns for each instance whether one of the nodes is its own or above it, or one of the names finds it, its mesh or
+/// a node above it. Names that find nothing are ignored.
+std::vector<bool> instances_below(const std::vector<std::string>& nodes, const std::vector<std::string>& names,
+                                  const Scene& scene, const SceneTree& tree);
+
 /// Returns the index of the node of an instance or a light; kNone if it has none.
 int node_of_instance(const Scene& scene, const SceneTree& tree, std::size_t index);
 int node_of_light(const SceneTree& tree, std::size_t index);

@@ -1,9 +1,11 @@
 #include "api/scene/settings_edits.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "api/halflight/edit_text.h"
 #include "api/scene/node_edits.h"
+#include "engine/core/names.h"
 
 namespace halflight::settings {
 
@@ -190,6 +192,106 @@ std::vector<LightLink> read_links(const Element& e) {
 }
 
 }  // namespace
+
+namespace {
+
+using Of = EditTrack::Of;
+constexpr Of kOfNames[] = {Of::lights, Of::materials, Of::nodes}, kOfKeys[] = {Of::environment, Of::camera};
+constexpr const char* kOfScene[] = {"emission", "lamp_radius", "sun_angle"};
+
+/// Returns a value of a key as the text that options have.
+std::string value_text(const Element& e) {
+    constexpr double kMost = std::numeric_limits<double>::max();
+    if (e.is_string()) return e.text();
+    if (e.is_number()) return fmt::format("{}", e.number(-kMost, kMost));
+    if (!e.is_list()) return e.truth() ? "true" : "false";
+    std::string text;
+    for (const Element& item : e.items()) text += (text.empty() ? "" : ",") + value_text(item);
+    return text;
+}
+
+Json value_json(const std::string& text) {
+    if (text == "true" || text == "false") return text == "true";
+    Json values = Json::array();
+    for (const std::string& part : split_names(text)) {
+        double number = 0;
+        const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), number);
+        if (error != std::errc() || end != part.data() + part.size()) return text;
+        values.push_back(number);
+    }
+    return values.size() == 1 ? values[0] : values;
+}
+
+/// Reads the values of a track by frame.
+void read_track(const Element& e, EditTrack track, EditKeys& keys) {
+    track.source = e.where();
+    for (const auto& [name, value] : e.members()) {
+        if (name == "step") {
+            track.step = value.truth();
+            continue;
+        }
+        EditTrack::Key key;
+        const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), key.frame);
+        if (error != std::errc() || end != name.data() + name.size() ||
+            !(key.frame >= kLeastFrame && key.frame <= kMostFrame))
+            e.fail("'{}' is no frame", name);
+        if (!track.keys.empty() && key.frame <= track.keys.back().frame)
+            e.fail("frame {} comes after frame {}; frames ascend", name, track.keys.back().frame);
+        key.value = checked_value(track.of, track.key, value_text(value), value.where());
+        if (!track.keys.empty() && std::ranges::count(key.value, ',') != std::ranges::count(track.keys[0].value, ','))
+            e.fail("frame {} has another count of numbers than the first one", name);
+        track.keys.push_back(std::move(key));
+    }
+    if (track.keys.empty()) e.fail("has no frame");
+    keys.tracks.push_back(std::move(track));
+}
+
+Json track_json(const EditTrack& track) {
+    Json json = Json::object();
+    if (track.step) json["step"] = true;
+    for (const EditTrack::Key& key : track.keys) json[fmt::format("{}", key.frame)] = value_json(key.value);
+    return json;
+}
+
+}  // namespace
+
+void read_keys(const Element& e, EditKeys& keys) {
+    std::set<std::string> known{name(Of::hide)};
+    for (const Of of : kOfNames) known.insert(name(of));
+    for (const Of of : kOfKeys) known.insert(name(of));
+    known.insert(std::begin(kOfScene), std::end(kOfScene));
+    e.check_keys(known);
+    for (const char* key : kOfScene)
+        with(e, key, [&](const Element& v) { read_track(v, {.of = Of::scene, .key = key}, keys); });
+    for (const Of of : kOfKeys)
+        with(e, name(of), [&](const Element& v) {
+            for (const auto& [key, track] : v.members()) read_track(track, {.of = of, .key = key}, keys);
+        });
+    for (const Of of : kOfNames)
+        with(e, name(of), [&](const Element& v) {
+            for (const auto& [object, values] : v.members())
+                for (const auto& [key, track] : values.members())
+                    read_track(track, {.of = of, .name = object, .key = key}, keys);
+        });
+    with(e, name(Of::hide), [&](const Element& v) {
+        for (const auto& [object, track] : v.members()) read_track(track, {.of = Of::hide, .name = object}, keys);
+    });
+}
+
+Json keys_json(const EditKeys& keys) {
+    Json json = Json::object();
+    for (const EditTrack& track : keys.tracks) {
+        if (track.of == Of::scene)
+            json[track.key] = track_json(track);
+        else if (track.of == Of::hide)
+            json[name(track.of)][track.name] = track_json(track);
+        else if (track.name.empty())
+            json[name(track.of)][track.key] = track_json(track);
+        else
+            json[name(track.of)][track.name][track.key] = track_json(track);
+    }
+    return json;
+}
 
 void read_edits(const Element& file, const fs::path& folder, SceneEdits& edits) {
     with(file, "emission", [&](const Element& v) { edits.emission = static_cast<float>(v.number(kEditFactor)); });

@@ -192,7 +192,7 @@ bool SavedSettings::operator==(const SavedSettings& other) const {
     };
     const auto rest = [](const SavedSettings& s) {
         return std::tie(s.given, s.camera, s.size, s.variant, s.line_width, s.environment, s.light_azimuth, s.edits,
-                        s.moment, s.bookmarks);
+                        s.keys, s.moment, s.bookmarks);
     };
     return rest(*this) == rest(other) && std::ranges::all_of(given, same);
 }
@@ -216,6 +216,7 @@ void take_settings(const SavedSettings& s, const fs::path& path, SceneChoice& sc
     scene.light_azimuth = s.light_azimuth;
     scene.edits = s.edits;
     scene.edits_source = path.string();
+    scene.keys = s.keys;
     if (s.moment) scene.animation = s.moment->animation, scene.frame_rate = s.moment->rate;
 }
 
@@ -239,7 +240,8 @@ SavedSettings parse_settings(std::string_view text, const fs::path& path) {
                                "transforms",         "animation",   "bookmarks",    "variant",
                                "line_width",         "nodes",       "hide",         "shadow_catchers",
                                "light_groups",       "lamp_radius", "sun_angle",    "ground",
-                               "glass_shadows",      "light_links", "shadow_links", "added_lights"};
+                               "glass_shadows",      "light_links", "shadow_links", "added_lights",
+                               "keys"};
     for (const std::string_view name : saved_settings()) keys.emplace(name);
     file.check_keys(keys);
     const auto version = file.find("halflight_settings");
@@ -266,6 +268,7 @@ SavedSettings parse_settings(std::string_view text, const fs::path& path) {
     with(file, "line_width", [&](const Element& v) { s.line_width = v.number(kLineWidth); });
     with(file, "environment", [&](const Element& v) { read_environment(v, path.parent_path(), s); });
     settings::read_edits(file, path.parent_path(), s.edits);
+    with(file, "keys", [&](const Element& v) { settings::read_keys(v, s.keys); });
     with(file, "animation", [&](const Element& v) { s.moment = read_moment(v); });
     with(file, "bookmarks", [&](const Element& v) {
         for (const Element& one : v.items()) {
@@ -293,6 +296,7 @@ std::string settings_text(const SavedSettings& s, const fs::path& folder) {
     if (s.line_width > 0) json["line_width"] = s.line_width;
     json["environment"] = environment_json(s, folder);
     settings::write_edits(s.edits, folder, json);
+    if (!s.keys.empty()) json["keys"] = settings::keys_json(s.keys);
     if (s.moment)
         json["animation"] = {{"name", s.moment->animation},
                              {"frame", s.moment->frame},

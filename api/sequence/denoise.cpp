@@ -89,11 +89,19 @@ class Frames {
     /// Finds the file of a neighbour: among those that are given, or beside the frame. Throws Error if it is missing.
     void find(FrameNumber frame, FrameNumber neighbour) {
         const Known& own = known_.at(frame);
+        // Frames of one sequence have edits of their own.
+        const auto fits = [&](const NoisyHeader& header) {
+            return same_keys(without_edits(header.sums), without_edits(own.header.sums), source_hash(), accepted_) &&
+                   edit_of(header.sums, 0) == edit_of(own.header.sums, static_cast<int>(neighbour - frame));
+        };
+        const auto why_not = [&](const NoisyHeader& header) {
+            const std::string is = without_edits(header.sums), expected = without_edits(own.header.sums);
+            return is == expected ? "edits over frames differ" : differences(is, expected);
+        };
         if (const auto given = known_.find(neighbour); given != known_.end()) {
-            const std::string& sums = given->second.header.sums;
-            if (same_keys(sums, own.header.sums, source_hash(), accepted_)) return;
+            if (fits(given->second.header)) return;
             throw Error(given->second.path.string(), "is not of the scene and settings of {}: {}", own.path.string(),
-                        differences(sums, own.header.sums));
+                        why_not(given->second.header));
         }
         const auto at = std::ranges::find(own.header.motion, static_cast<int>(neighbour - frame));
         const std::string& name = own.header.near[static_cast<std::size_t>(at - own.header.motion.begin())];
@@ -104,9 +112,9 @@ class Frames {
             std::error_code none;
             if (!std::filesystem::exists(path, none)) continue;
             NoisyHeader header = read_noisy_header(path);
-            if (same_keys(header.sums, own.header.sums, source_hash(), accepted_) && header.frame == neighbour)
+            if (fits(header) && header.frame == neighbour)
                 return void(known_.emplace(neighbour, Known{std::move(path), std::move(header)}));
-            if (!other) other = std::move(path), why = differences(header.sums, own.header.sums);
+            if (!other) other = std::move(path), why = why_not(header);
         }
         if (other)
             throw Error(other->string(), "is not frame {} of the scene and settings of {}: {}", neighbour,
@@ -176,9 +184,11 @@ class Denoiser {
         settings.denoise_frames = frames.reach(frame);
         settings.view = options_.view;
         settings.want_view = want_view_;
-        const SequencePrints prints = sequence_prints(header.sums, settings, colors_, options_.output, {});
-        info.fingerprint = frame_fingerprint(prints.linear, frame);
-        if (!prints.view.empty()) info.view_fingerprint = frame_fingerprint(prints.view, frame);
+        const SequencePrints prints =
+            sequence_prints(without_edits(header.sums), settings, colors_, options_.output, {});
+        const std::string edits = edits_of(header.sums, frames.reach(frame));
+        info.fingerprint = frame_fingerprint(prints.linear, frame, edits);
+        if (!prints.view.empty()) info.view_fingerprint = frame_fingerprint(prints.view, frame, edits);
     }
 
     void make(Frames& frames, FrameNumber frame, const Paths& outputs) {

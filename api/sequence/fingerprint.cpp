@@ -85,6 +85,7 @@ void add_camera(Fingerprint& print, const CameraChoice& a, const ChosenCamera& c
         for (int column = 0; column < 4 && !chosen.index; ++column)  // a default camera
             print.text(point_text(dvec3(chosen.camera.camera_to_world[column])));
     }
+    if (a.override_fov && !a.look_from) print.values("vfov {}", *a.override_fov);
     if (a.turntable > 0) print.values("turntable {}", a.turntable);
 }
 
@@ -282,6 +283,13 @@ void add_sums(KeyText& keys, const LoadedScene& scene, const RenderSettings& set
     add("camera", [&](Fingerprint& print) { add_camera(print, scene.camera_choice(), scene.chosen_camera()); });
     add("environment", [&](Fingerprint& print) { add_environment(print, scene); });
     add_edits(keys, scene, add);
+    // The pilot, the exposure and default cameras follow from the scene at 0 s. Frames have their own values
+    // (EditPrints).
+    add("edits at 0 s", [&](Fingerprint& print) {
+        const double frame = static_cast<double>(scene.choice().frame_offset);
+        const std::string values = values_text(scene.keys(), scene.edits(), frame, frame);
+        if (!values.empty()) print.text(values);
+    });
     add_settings(keys, settings, [](const Setting& s) { return !is_late(s); });
     if (has_halves(settings)) keys.add("halves", "yes");  // a pilot may choose other techniques for them
 }
@@ -331,8 +339,56 @@ std::string fingerprint_of_text(const std::string& text) {
 
 }  // namespace
 
-std::string frame_fingerprint(const std::string& sequence, FrameNumber frame) {
-    return KeyText(sequence).add("frame", fmt::format("{}", frame)).text();
+std::string frame_fingerprint(const std::string& sequence, FrameNumber frame, const std::string& edits) {
+    return with_edits(KeyText(sequence).add("frame", fmt::format("{}", frame)).text(), edits);
+}
+
+EditPrints::EditPrints(const LoadedScene& scene, const RenderSettings& settings, const Shutter& shutter)
+    : keys_(scene.keys()),
+      base_(scene.edits()),
+      previous_(std::ranges::find(settings.aovs, "motion") != settings.aovs.end()) {
+    const ShutterPosition at = shutter.position;
+    before_ = shutter.open * (at == ShutterPosition::start ? 0 : at == ShutterPosition::centre ? 0.5 : 1);
+    after_ = shutter.open - before_;
+}
+
+namespace {
+
+std::string edit_key(int offset) {
+    return fmt::format("edits{:+}", offset);
+}
+
+}  // namespace
+
+std::string EditPrints::text(FrameNumber frame, int reach) const {
+    KeyText text;
+    for (int offset = -reach; offset <= reach && !keys_.empty(); ++offset) {
+        const double own = static_cast<double>(frame + offset);
+        std::string values = values_text(keys_, base_, own - before_, own + after_);
+        if (before_ + after_ > 0) values += "own\n" + values_text(keys_, base_, own, own);
+        if (previous_) values += "previous\n" + values_text(keys_, base_, own - 1, own - 1);
+        text.add(edit_key(offset), fmt::format("{:016x}", hash_of(values)));
+    }
+    return text.text();
+}
+
+std::string with_edits(const std::string& sums, const std::string& edits) {
+    return edits.empty() ? sums : sums + ";" + edits;
+}
+
+std::string edit_of(const std::string& sums, int offset) {
+    return value_of(sums, edit_key(offset));
+}
+
+std::string edits_of(const std::string& sums, int reach) {
+    KeyText text;
+    for (int offset = -reach; offset <= reach; ++offset)
+        if (const std::string value = edit_of(sums, offset); !value.empty()) text.add(edit_key(offset), value);
+    return text.text();
+}
+
+std::string without_edits(const std::string& sums) {
+    return sums.substr(0, std::min(sums.find(";edits+"), sums.find(";edits-")));
 }
 
 std::string fingerprint_text(const std::string& fingerprint) {

@@ -23,6 +23,30 @@ namespace halflight {
 /// for a file that can no longer be read, or has changed since it was loaded.
 std::string sums_fingerprint(const LoadedScene& scene, const RenderSettings& settings, const Shutter& shutter);
 
+/// What edits over frames add to the fingerprint of a frame: a key for the frame itself, and one for each frame near it
+/// that the denoiser uses. Frames whose values did not change keep their fingerprints.
+class EditPrints {
+  public:
+    EditPrints() = default;
+    EditPrints(const LoadedScene& scene, const RenderSettings& settings, const Shutter& shutter);
+    /// Returns the keys of a frame and of `reach` frames before and after it; empty without edits over frames.
+    std::string text(FrameNumber frame, int reach) const;
+
+  private:
+    EditKeys keys_;
+    SceneEdits base_;
+    double before_ = 0, after_ = 0;  // frames by which the shutter opens before, and closes after the frame's time
+    bool previous_ = false;          // the frame shows motion since the one before
+};
+/// Returns a text with further keys.
+std::string with_edits(const std::string& sums, const std::string& edits);
+/// Returns the keys of EditPrints::text() in a text, up to `reach`.
+std::string edits_of(const std::string& sums, int reach);
+/// Returns the key of EditPrints::text() for the frame `offset` after the own one; empty if there is none.
+std::string edit_of(const std::string& sums, int offset);
+/// Returns a text without these keys, as all frames of a sequence have it.
+std::string without_edits(const std::string& sums);
+
 /// Fingerprints of a sequence.
 struct SequencePrints {
     std::string linear;  // scene-linear files
@@ -35,8 +59,8 @@ struct SequencePrints {
 SequencePrints sequence_prints(const std::string& sums, const RenderSettings& settings, const ColorConfig& config,
                                const OutputOptions& output, const std::vector<FrameNumber>& frames);
 
-/// Returns the fingerprint of one frame.
-std::string frame_fingerprint(const std::string& sequence, FrameNumber frame);
+/// Returns the fingerprint of one frame, of which `edits` is EditPrints::text().
+std::string frame_fingerprint(const std::string& sequence, FrameNumber frame, const std::string& edits);
 
 /// Name of the attribute of an .exr, and keyword of a .png, that holds the fingerprint.
 inline constexpr const char* kFingerprintName = "halflightFingerprint";

@@ -52,6 +52,7 @@ FrameFiles::FrameFiles(const LoadedScene& scene, const RenderSettings& settings,
       rounds_(!holds_bits(settings, options.output, colors)),
       temporal_(settings.preview.temporal),
       sums_(sums_fingerprint(scene, settings, shutter)),
+      edits_(scene, settings, shutter),
       prints_(sequence_prints(sums_, settings, colors, options.output, part_of(options.frames, options.part))),
       reach_(neighbour_frames(settings)),
       keeps_noisy_(settings.keep_noisy),
@@ -83,7 +84,7 @@ FrameFiles::State FrameFiles::examine(FrameNumber frame) const {
 
 void FrameFiles::examine_noisy(FrameNumber frame, State& state) const {
     if (!keeps_noisy_) return;
-    const auto print = [&](FrameNumber n) { return noisy_fingerprint(sums_, n); };
+    const auto print = [&](FrameNumber n) { return noisy_fingerprint(with_edits(sums_, edits_.text(n, reach_)), n); };
     const auto noisy = [&](FrameNumber n) { return noisy_path(main_file(options_, n)); };
     State own;
     add(noisy(frame), print(frame), own);
@@ -148,12 +149,13 @@ std::vector<std::filesystem::path> FrameFiles::missing_pictures(FrameNumber fram
 }
 
 void FrameFiles::add_fingerprints(FrameNumber frame, PictureInfo& info) const {
-    info.fingerprint = frame_fingerprint(prints_.linear, frame);
+    const std::string edits = edits_.text(frame, denoises_ ? reach_ : 0);
+    info.fingerprint = frame_fingerprint(prints_.linear, frame, edits);
     if (prints_.view.empty()) return;
     // Pictures that are developed from rounded ones differ from those that are rendered.
     const bool rounded = rounds_ && options_.develop;
     info.view_fingerprint =
-        frame_fingerprint(rounded ? KeyText(prints_.view).add("colors", "rounded").text() : prints_.view, frame);
+        frame_fingerprint(rounded ? KeyText(prints_.view).add("colors", "rounded").text() : prints_.view, frame, edits);
 }
 
 void FrameFiles::discard_exchanged(const std::vector<FrameNumber>& done, const std::set<FrameNumber>& open) const {

@@ -50,6 +50,7 @@ class FrameFiles {
     std::vector<std::filesystem::path> noisy_names() const;
 
     const std::string& sums() const { return sums_; }
+    const EditPrints& edits() const { return edits_; }
     int reach() const { return reach_; }
     bool keeps_noisy() const { return keeps_noisy_; }
     /// Returns whether frames are denoised with others.
@@ -71,6 +72,7 @@ class FrameFiles {
     bool rounds_;    // an .exr does not hold the bits of its picture
     bool temporal_;  // later frames take light from the rendering of earlier ones
     std::string sums_;
+    EditPrints edits_;
     SequencePrints prints_;
     int reach_;
     bool keeps_noisy_, denoises_;

@@ -107,6 +107,7 @@ std::shared_ptr<NoisyFiles> FrameMaker::noisy_files(const FileClaims* claims) {
     return std::make_shared<NoisyFiles>(
         NoisyFiles::Options{.picture = [this](FrameNumber n) { return main_file(options_, n); },
                             .sums = files_.sums(),
+                            .edits = files_.edits(),
                             .reach = files_.reach(),
                             .keep = files_.keeps_noisy(),
                             .overwrite = options_.overwrite,

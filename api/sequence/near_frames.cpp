@@ -39,7 +39,7 @@ bool emit_alike(const Scene& a, const Scene& b) {
     const auto alike = [](const vec3& x, const vec3& y) {
         return glm::all(glm::lessThanEqual(glm::abs(x - y), kMost * glm::max(glm::abs(x), glm::abs(y))));
     };
-    // LoadedScene::posed() has no lights of the environment, which does not change.
+    // LoadedScene::posed() has no lights of the environment (LoadedScene::same_environment()).
     const auto of_file = [](const Scene& scene) {
         std::vector<PunctualLight> lights = scene.lights;
         std::erase_if(lights, &PunctualLight::of_environment);
@@ -74,7 +74,7 @@ NoisyPicture NearFrames::noisy(LoadedScene& scene, FrameNumber frame, int reach,
         if (scene.surfaces_move()) {
             std::optional<Scene> there = pose_of(scene, other);
             // A frame without motion to another one does not use it.
-            if (!there || !emit_alike(scene.scene(), *there)) continue;
+            if (!there || !emit_alike(scene.scene(), *there) || !scene.same_environment(frame, other)) continue;
             surfaces.emplace(scene.scene(), std::move(*there));
         }
         made.noisy->add_motion(static_cast<int>(other - frame), own, steps.camera(other),

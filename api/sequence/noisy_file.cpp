@@ -305,7 +305,7 @@ void check_not_noisy(const std::filesystem::path& output) {
 }
 
 std::string noisy_fingerprint(const std::string& sums, FrameNumber frame) {
-    return frame_fingerprint(KeyText(sums).add("picture", "noisy").text(), frame);
+    return frame_fingerprint(KeyText(sums).add("picture", "noisy").text(), frame, "");
 }
 
 void write_noisy_file(const std::filesystem::path& path, const NoisyPicture& picture, ExrCompression compression) {

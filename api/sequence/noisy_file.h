@@ -20,7 +20,7 @@ struct NoisyPicture {
     RenderResult result;                      // the noisy picture with its layers; without times of passes
     std::unique_ptr<NoisyFrame> noisy{};      // needs the context
     PictureInfo info{};                       // what the picture's files say; without layout, fingerprints and colours
-    std::string sums{};                       // sums_fingerprint()
+    std::string sums{};                       // sums_fingerprint(), with_edits() of the frame
     std::optional<float> metered_exposure{};  // exposure that metering found for an open one, stops
     int reach = 0;                            // number of frames before and after that motion leads to, at most
     // Names of the pictures of the frames to which it has motion, without folders and extensions, in their order.
@@ -50,7 +50,7 @@ NoisyPicture read_noisy_file(const std::filesystem::path& path);
 
 /// Description of a noisy frame without its pixels.
 struct NoisyHeader {
-    std::string sums{};  // sums_fingerprint()
+    std::string sums{};  // NoisyPicture::sums
     FrameNumber frame = 0;
     bool of_sequence = false;         // the frame is one of a sequence, whose files have fingerprints
     int reach = 0;                    // NoisyPicture::reach

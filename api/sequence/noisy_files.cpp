@@ -30,7 +30,8 @@ std::optional<NoisyPicture> NoisyFiles::read(FrameNumber frame) const {
         if (!std::filesystem::is_regular_file(path, none)) return std::nullopt;
         try {
             NoisyPicture picture = read_noisy_file(path);
-            if (same_keys(picture.sums, options_.sums, source_hash(), options_.accept_sources) &&
+            const std::string sums = with_edits(without_edits(picture.sums), edits_of(picture.sums, options_.reach));
+            if (same_keys(sums, sums_of(frame), source_hash(), options_.accept_sources) &&
                 picture.info.frame == frame && picture.reach >= options_.reach)
                 return picture;
         } catch (const BudgetError&) {
@@ -70,7 +71,7 @@ std::filesystem::path NoisyFiles::kept_file(FrameNumber frame) const {
 
 void NoisyFiles::check_replaceable(const std::filesystem::path& kept, FrameNumber frame) const {
     if (options_.overwrite) return;
-    const std::string print = noisy_fingerprint(options_.sums, frame);
+    const std::string print = noisy_fingerprint(sums_of(frame), frame);
     std::string why;
     if (examine_frame(kept, print, options_.accept_sources, &why) == FrameFile::other)
         throw Error(kept.string(), "exists, but is not this noisy frame: {}. It was not replaced; --overwrite does",
@@ -83,7 +84,7 @@ void NoisyFiles::describe(FrameNumber frame, NoisyPicture& picture) const {
     std::string& comments = picture.info.comments;  // the noisy picture is not denoised
     if (const std::string denoised = denoised_text(options_.reach); comments.ends_with(denoised))
         comments.resize(comments.size() - denoised.size());
-    picture.sums = options_.sums;
+    picture.sums = sums_of(frame);
     picture.reach = options_.reach;
     picture.metered_exposure = options_.exposure;
     picture.near.clear();

@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "api/sequence/fingerprint.h"
 #include "api/sequence/noisy_file.h"
 #include "engine/core/frames.h"
 #include "engine/io/file_claims.h"
@@ -21,6 +22,7 @@ class NoisyFiles {
         /// Returns the first file of a frame, beside which its noisy frame lies.
         std::function<std::filesystem::path(FrameNumber frame)> picture;
         std::string sums{};                         // sums_fingerprint()
+        EditPrints edits{};                         // edits over frames
         int reach = 0;                              // number of frames before and after that motion has to lead to
         bool keep = false;                          // keeps the files: RenderSettings::keep_noisy
         bool overwrite = false;                     // replaces kept files of other settings
@@ -51,7 +53,10 @@ class NoisyFiles {
     void write(FrameNumber frame, const NoisyPicture& picture) const;
     /// Returns whether write() would write a frame.
     bool writes() const { return options_.keep || (options_.sequence && options_.sequence->others()); }
-    void set_sums(std::string sums) { options_.sums = std::move(sums); }
+    void set_sums(std::string sums, EditPrints edits) {
+        options_.sums = std::move(sums);
+        options_.edits = std::move(edits);
+    }
     void set_exposure(float stops) { options_.exposure = stops; }
     bool listed(FrameNumber frame) const { return !options_.listed || options_.listed(frame); }
 
@@ -59,6 +64,9 @@ class NoisyFiles {
     static std::filesystem::path exchanged_file(const std::filesystem::path& pattern, FrameNumber frame);
 
   private:
+    std::string sums_of(FrameNumber frame) const {
+        return with_edits(options_.sums, options_.edits.text(frame, options_.reach));
+    }
     std::filesystem::path kept_file(FrameNumber frame) const;
     /// Throws Error for a kept file of other settings, unless it may be replaced.
     void check_replaceable(const std::filesystem::path& kept, FrameNumber frame) const;

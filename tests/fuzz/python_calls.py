@@ -216,7 +216,8 @@ class Calls:
     def call_sequence(self, dice):
         hl.render_sequence(self.scene, **({"outputs": self.folder / "f.####.exr", "frames": [1], "overwrite": True} |
                                           some(dice, outputs=[self.folder / "f.##.png"], frames=[1, 2], layers=["normal"],
-                                               stats=self.folder / "s.json", overwrite=True, progress=None)),
+                                               stats=self.folder / "s.json", overwrite=True, progress=None,
+                                               edit=lambda frame, scene: scene.edit_light(value(dice), factor=frame))),
                            width=4, height=4, samples=1)
 
     def call_limit_memory(self, dice):

@@ -156,6 +156,36 @@ class Pictures(InFolder):
         self.assertEqual(hl.render_sequence(hl.load(CORNELL), self.folder / "a.##.exr", [1, 2], **arguments)["kept"], 2)
 
 
+    def test_frames_are_edited_by_a_function(self):
+        scene = hl.load(CORNELL)
+        def edit(frame, edited):
+            edited.edit_material("light", emission=(10 * frame, 5, 5))
+            edited.look((0.3, 0.3, -0.8 - 0.1 * frame), (0.3, 0.3, 0))
+            if frame == 2:
+                edited.hide("short block")
+        arguments = dict(layers=[], reproducible=True, **SMALL)
+        made = hl.render_sequence(scene, self.folder / "a.##.exr", "1-3", edit=edit, **arguments)
+        self.assertEqual(made["made"], 3)
+        self.assertEqual(scene.hidden, [])
+        edit(2, scene)  # the function makes the same edits of a single picture
+        hl.render(scene, frame=2, **arguments).save(self.folder / "b.exr")
+        pictures = [pathlib.Path(self.folder / name).read_bytes() for name in ("a.02.exr", "b.exr")]
+        np.testing.assert_array_equal(*(np.frombuffer(p[-256:], np.uint8) for p in pictures))
+        # Another list of frames has the same frames; another edit changes its own alone.
+        again = hl.render_sequence(hl.load(CORNELL), self.folder / "a.##.exr", "2-3", edit=edit, **arguments)
+        self.assertEqual(again["kept"], 2)
+        def other(frame, edited):
+            edit(frame, edited)
+            if frame == 3:
+                edited.edit_material("light", emission=(1, 1, 1))
+        again = hl.render_sequence(hl.load(CORNELL), self.folder / "a.##.exr", "1-3", edit=other, overwrite=True,
+                                   **arguments)
+        self.assertEqual((again["kept"], again["made"]), (2, 1))
+        self.assertRaisesRegex(hl.Error, "edit\\(\\): frame 0: only lights", hl.render_sequence, scene,
+                               self.folder / "c.##.exr", "1",
+                               edit=lambda frame, edited: edited.set_clay(frame > 0), **arguments)
+
+
 class Edits(InFolder):
     def setUp(self):
         super().setUp()

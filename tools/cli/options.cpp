@@ -154,8 +154,12 @@ void add_camera_options(Options& options, ViewArguments& a) {
     options.value("--up", "X,Y,Z", "upward direction of the free camera (default 0,1,0)",
                   [&](const auto& name, const auto& text) { a.view.up = point(name, text); });
     options.value("--vfov", "DEGREES",
-                  fmt::format("vertical field of view of the free camera (default {})", a.view.vertical_fov),
-                  [&](const auto& name, const auto& text) { a.view.vertical_fov = real(name, text, 0.01, 179); });
+                  fmt::format("vertical field of view in place of that of the camera (default of a free one: {})",
+                              a.view.vertical_fov),
+                  [&](const auto& name, const auto& text) {
+                      a.view.vertical_fov = real(name, text, 0.01, 179);
+                      a.view.override_fov = a.view.vertical_fov;
+                  });
     options.alternatives({"--camera", "--look-from"});
 }
 
@@ -326,8 +330,7 @@ void check_camera_options(const CLI::App& app, const CameraChoice& choice) {
             throw UsageError("--up", "expects a direction that is neither zero nor along the line of sight");
         }
     }
-    for (const char* option : {"--up", "--vfov"})
-        if (given(option) && !given("--look-from")) throw UsageError(option, "needs --look-from and --look-at");
+    if (given("--up") && !given("--look-from")) throw UsageError("--up", "needs --look-from and --look-at");
 }
 
 void check_optics_options(const CLI::App& app, const ViewArguments& a) {

@@ -110,6 +110,7 @@ void take(const SavedSettings& s, const std::filesystem::path& file, const Given
     if (given("--env-intensity")) a.choice.edits.environment_intensity = of_options.environment_intensity;
     if (given("--light-group")) a.choice.edits.light_groups.clear(), a.choice.edits.each_light = false;
     a.choice.edits_source = file.string();
+    a.choice.keys = s.keys;
     for (const EditOption& option : a.edit_options) option.add(a.choice.edits, option.name, option.text);
     if (s.moment) {
         if (!given("--animation")) a.choice.animation = s.moment->animation;

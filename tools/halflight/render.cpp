@@ -205,7 +205,8 @@ void render_picture(const RenderArguments& a, Watched* watched) {
         renderer.find_estimator(go_on);
         renderer.find_exposure(go_on);
         if (noisy) {
-            noisy->set_sums(sums_fingerprint(scene, renderer.settings(), a.shutter));
+            noisy->set_sums(sums_fingerprint(scene, renderer.settings(), a.shutter),
+                            EditPrints(scene, renderer.settings(), a.shutter));
             if (a.settings.view.metered()) noisy->set_exposure(renderer.settings().view.exposure.stops);
         }
         rendering = true;

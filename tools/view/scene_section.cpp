@@ -13,11 +13,13 @@ namespace {
 /// Shows the combo box even if no animation is chosen, so that one can be chosen.
 void animation(const Timeline& t, PanelContext& c) {
     heading("Animation");
-    std::vector<std::string> all = {"none", "all"};
-    all.insert(all.end(), t.animations.begin(), t.animations.end());
-    std::string chosen = t.animation;
-    if (choose("Animation", chosen, all, "animation that moves the scene")) c.requests.frame = {chosen, 0};
-    if (t.playing.empty()) return;
+    if (!t.animations.empty()) {
+        std::vector<std::string> all = {"none", "all"};
+        all.insert(all.end(), t.animations.begin(), t.animations.end());
+        std::string chosen = t.animation;
+        if (choose("Animation", chosen, all, "animation that moves the scene")) c.requests.frame = {chosen, 0};
+    }
+    if (!t.runs()) return;
     int frame = static_cast<int>(std::clamp(c.now.frame, FrameNumber{0}, FrameNumber{1} << 24));
     if (slider("Frame", frame, 0, static_cast<int>(t.last), "frame of the animation"))
         c.requests.frame = {t.animation, frame};
@@ -50,7 +52,7 @@ void scene_section(PanelContext& c) {
     action_button(c, Action::screenshot);
     action_button(c, Action::exr, true);
     action_button(c, Action::picture_as, true);
-    if (c.session.timeline().file && !c.session.timeline().animations.empty()) animation(c.session.timeline(), c);
+    if (c.session.timeline().keyed || !c.session.timeline().animations.empty()) animation(c.session.timeline(), c);
     heading("Objects");
     variants(c);
     object_list(c);

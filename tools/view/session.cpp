@@ -36,6 +36,7 @@ SavedSettings Session::document(const PreviewArguments& a) const {
     check_edits(a.choice.edits, *scene_, *tree_, a.choice.edits_source);
     SavedSettings other = document();
     other.edits = a.choice.edits;
+    other.keys = a.choice.keys;
     other.settings.view = a.settings.view;
     other.settings.samples = a.settings.samples;
     if (a.settings.bounces) other.settings.bounces = a.settings.bounces;
@@ -53,6 +54,7 @@ SavedSettings Session::document(const PreviewArguments& a) const {
 std::optional<std::function<Session::Opened()>> Session::restore(const SavedSettings& document) {
     const std::string selected = selection.kind == ObjectKind::light ? name_of(selection) : "";
     edits = document.edits;
+    arguments_.choice.keys = document.keys;
     if (!selected.empty()) {  // other edits may add other lamps
         std::size_t i = 0;
         while (i < lights().size() && name_of({ObjectKind::light, i}) != selected) ++i;
@@ -85,7 +87,10 @@ void Session::take_lens(const Camera& camera) {
 }
 
 Camera Session::camera() const {
-    return scene_camera_ ? timeline_.cameras[*scene_camera_] : camera_of(pose_);
+    if (scene_camera_) return timeline_.cameras[*scene_camera_];
+    const Camera camera = camera_of(pose_);
+    if (!timeline_.keyed || first_camera_ || pose_ != first_pose_) return camera;  // the user has moved it
+    return with_keys(camera, keyed_camera(arguments_.choice.keys, double(timeline_.frame)), pose_);
 }
 
 Camera Session::camera_with_lens() const {
@@ -99,7 +104,7 @@ Camera Session::camera_with_lens() const {
 }
 
 void Session::follow_camera() {
-    if (scene_camera_ && !timeline_.playing.empty()) pose_ = pose_of(camera(), glm::length(pose_.at - pose_.from));
+    if (scene_camera_ && timeline_.runs()) pose_ = pose_of(camera(), glm::length(pose_.at - pose_.from));
 }
 
 void Session::move(const CameraPose& pose) {
@@ -141,6 +146,12 @@ void Session::edit(SceneEdits other) {
     edits = std::move(other);
 }
 
+SceneEdits Session::edits_now() const {
+    SceneEdits now = edits;
+    apply_keys(arguments_.choice.keys, double(timeline_.frame), now);
+    return now;
+}
+
 std::vector<Instance> Session::moved_instances(const Scene& scene, const SceneTree& tree, const SceneEdits& edits) {
     Scene frame;  // a copy without meshes and images
     frame.instances = scene.instances;
@@ -158,7 +169,7 @@ std::vector<Instance> Session::moved_instances(const Scene& scene, const SceneTr
 }
 
 const Picker& Session::picker() const {
-    SceneEdits moves = surface_edits(edits);
+    SceneEdits moves = surface_edits(edits_now());
     if (pages_ || moves == SceneEdits()) return *picker_;
     if (!edited_picker_ || moves != picked_edits_) {
         edited_picker_ = picker_->with_instances(moved_instances(*scene_, *tree_, moves));
@@ -171,7 +182,7 @@ std::optional<PickResult> Session::pick(const dvec2& point, const ivec2& size) c
     std::vector<bool> one_sided;
     if (modes.backfaces != Backfaces::show) {
         SceneEdits of_materials;
-        of_materials.materials = edits.materials;
+        of_materials.materials = edits_now().materials;
         Scene edited;
         edited.name = scene_->name;
         edited.materials = scene_->materials;
@@ -320,7 +331,7 @@ Request Session::request(const ivec2& size) const {
             tree_,
             pages_,
             arguments_.settings.pool_bytes,
-            edits,
+            edits_now(),
             timeline_.frame,
             camera_with_lens(),
             size,
@@ -363,6 +374,7 @@ SavedSettings Session::saved(const ivec2& size) const {
     if (scene_->environment.name == halflight::name(SkyPreset::neutral))
         s.light_azimuth = arguments_.choice.light_azimuth;
     s.edits = edits;
+    s.keys = arguments_.choice.keys;
     if (!timeline_.playing.empty() || timeline_.frame != 0)
         s.moment = {{timeline_.animation, timeline_.frame, timeline_.rate}};
     s.bookmarks = bookmarks;

@@ -31,8 +31,11 @@ struct Timeline {
     std::vector<std::size_t> playing{};     // indices of the animations that play
     FrameRate rate{};
     FrameNumber frame = 0;          // number of the frame shown
-    FrameNumber last = 0;           // number of the last frame, from last_frame()
+    FrameNumber last = 0;           // number of the last frame: from last_frame(), or the last key of edits
+    bool keyed = false;             // edits over frames change the scene
     std::vector<Camera> cameras{};  // the scene's cameras at that frame
+    /// Returns whether frames differ.
+    bool runs() const { return keyed || !playing.empty(); }
 };
 /// Returns the value of --animation for each animation: its name, or its number if the name is empty or ambiguous.
 std::vector<std::string> titles(const std::vector<Animation>& animations);
@@ -115,6 +118,8 @@ class Session {
     /// Returns the scene at the current frame, without edits.
     const Scene& scene() const { return *scene_; }
     const std::shared_ptr<const Scene>& shared_scene() const { return scene_; }
+    /// Returns the edits with those over frames at the current frame.
+    SceneEdits edits_now() const;
     /// Replaces the edits. Throws Error if they do not suit the scene, and keeps the earlier ones then.
     void edit(SceneEdits edits);
     /// Returns the nodes of scene().

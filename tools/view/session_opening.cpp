@@ -22,6 +22,19 @@ VersionedFile environment_file(const PreviewArguments& a) {
     return map ? versioned(*map) : VersionedFile();
 }
 
+/// Returns the edits of the arguments at a frame.
+SceneEdits edits_at(const PreviewArguments& a, FrameNumber frame) {
+    SceneEdits edits = a.choice.edits;
+    apply_keys(a.choice.keys, double(frame), edits);
+    return edits;
+}
+
+/// Lets a timeline reach to the last key of edits over frames.
+void take_keys(Timeline& t, const EditKeys& keys) {
+    t.keyed = !keys.empty();
+    if (const auto last = last_key(keys)) t.last = std::max(t.last, static_cast<FrameNumber>(std::ceil(*last)));
+}
+
 /// Opens the scene's file and returns the timeline of its animations. Throws Error.
 Timeline timeline_of(const PreviewArguments& a, const Console& console) {
     Timeline t;
@@ -33,7 +46,7 @@ Timeline timeline_of(const PreviewArguments& a, const Console& console) {
         if (t.animation != "none") throw;
         console.warn("{}", error.what());  // the scene at rest can still be shown
     }
-    if (!t.animations.empty()) t.file->set_frame_rate(a.choice.frame_rate, console);
+    if (!t.animations.empty() || !a.choice.keys.empty()) t.file->set_frame_rate(a.choice.frame_rate, console);
     t.file->play(t.animation, console);
     t.rate = t.file->frame_rate();
     t.playing = t.file->playing();
@@ -63,10 +76,11 @@ void take_reference(Session::Opened& o, const Scene& images, const Console& cons
                          .azimuth = *o.arguments.choice.light_azimuth,
                          .straight_glass = o.arguments.choice.edits.straight_glass});
     o.reference_tree = std::make_shared<const SceneTree>(t.file->tree_at(0));
-    check_edits(o.arguments.choice.edits, scene, *o.reference_tree, o.arguments.choice.edits_source);
+    check_edits(edits_at(o.arguments, 0), scene, *o.reference_tree, o.arguments.choice.edits_source);
     o.reference = std::make_shared<const Scene>(std::move(scene));
     o.scene.reset();
     t.last = last_frame(t.file->end(), t.rate);
+    take_keys(t, o.arguments.choice.keys);
 }
 
 /// Poses scene and cameras at a frame. The scene is that of the reference if the animation drives cameras only.
@@ -87,6 +101,11 @@ void take_frame(Session::Opened& o, FrameNumber frame) {
             o.tree = std::make_shared<const SceneTree>(t.file->tree_at(seconds));
             o.scene = std::make_shared<const Scene>(std::move(scene));
         }
+    }
+    const CameraChoice& view = o.arguments.view;
+    if (const auto index = t.keyed ? choose_camera(*o.reference, view).index : std::nullopt) {
+        const EditKeys& keys = o.arguments.choice.keys;
+        t.cameras[*index] = with_keys(t.cameras[*index], keyed_camera(keys, double(frame)), std::nullopt);
     }
     if (o.scene != before) o.picker = std::make_shared<const Picker>(o.scene);
 }
@@ -111,11 +130,12 @@ void load_pages(Session::Opened& opened, const Console& console) {
     // RendererCache applies edits; pages refuse those that move surfaces.
     const bool straight_glass = choice.edits.straight_glass;
     choice.edits = surface_edits(choice.edits);
+    choice.keys = {};
     choice.edits.straight_glass = straight_glass;
     if (std::exchange(choice.animation, std::nullopt)) console.note("animations do not play with pages");
     const LoadedScene loaded(choice, opened.arguments.view, console);
     opened.reference_tree = opened.tree = std::make_shared<const SceneTree>(loaded.tree());
-    check_edits(opened.arguments.choice.edits, loaded.scene(), *opened.tree, opened.arguments.choice.edits_source);
+    check_edits(edits_at(opened.arguments, 0), loaded.scene(), *opened.tree, opened.arguments.choice.edits_source);
     opened.reference = opened.scene = std::make_shared<const Scene>(loaded.scene());
     fix_light(opened.arguments, *opened.reference);
     opened.pages = loaded.pages();
@@ -125,6 +145,7 @@ void load_pages(Session::Opened& opened, const Console& console) {
     opened.picker = std::make_shared<const Picker>(opened.pages ? std::make_shared<const Scene>() : opened.scene);
     opened.timeline = {};
     opened.timeline.cameras = opened.reference->cameras;
+    take_keys(opened.timeline, opened.arguments.choice.keys);
 }
 
 }  // namespace
@@ -186,6 +207,10 @@ Session::Opened Session::load(const PreviewArguments& a, const ColorConfig& colo
     ChosenCamera chosen = choose_camera(*opened.reference, choice);
     if (!chosen.warning.empty()) console.warn("{}", chosen.warning);
     if (chosen.index) chosen.camera = timeline.cameras[*chosen.index];
+    if (chosen.index && a.view.override_fov) {
+        chosen.camera.vertical_fov = glm::radians(*a.view.override_fov);
+        chosen.index.reset();  // a free camera at its place
+    }
     with_lens(chosen.camera, a.settings.view.camera.lens);  // throws for a lens that cannot be used
     const WorldBounds box = world_bounds(*opened.scene);
     opened.diagonal = box.empty() || box.lower == box.upper ? 1 : glm::length(box.upper - box.lower);
@@ -288,11 +313,12 @@ std::vector<VersionedFile> Session::files() const {
 }
 
 std::function<Session::Opened()> Session::posing(const std::string& animation, FrameNumber frame) const {
-    if (!timeline_.file) throw Error(file_.string(), "has no animations");
+    if (!timeline_.file && !timeline_.keyed) throw Error(file_.string(), "has no animations");
     return [opened = now(), animation, frame, console = console_]() mutable {
         Timeline& timeline = opened.timeline;
-        const bool other = animation != timeline.animation;
-        timeline.file->play(animation, other ? console : Log());  // a failed attempt may have selected another one
+        const bool other = timeline.file && animation != timeline.animation;
+        if (timeline.file)
+            timeline.file->play(animation, other ? console : Log());  // a failed attempt may have selected another one
         if (other) {
             timeline.playing = timeline.file->playing();
             timeline.animation = animation;

@@ -125,7 +125,7 @@ Scene Session::edited_values() const {
     values.lights = scene_->lights;
     values.light_profiles = scene_->light_profiles;
     values.materials = scene_->materials;
-    SceneEdits part = edits;
+    SceneEdits part = edits_now();
     part.clay = false;
     part.emission = 1;  // a factor on all materials, which is not part of any
     part.transforms.clear();

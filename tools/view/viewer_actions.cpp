@@ -186,7 +186,7 @@ bool Viewer::available(Action action) const {
         case Action::recall:
             return !session_.bookmarks.empty();
         case Action::play:
-            return !session_.timeline().animations.empty();
+            return session_.timeline().keyed || !session_.timeline().animations.empty();
         case Action::close_comparison:
             return comparison_.has_value();
         default:
@@ -212,8 +212,8 @@ void Viewer::show_other_view(bool next) {
 
 void Viewer::play_or_stop() {
     const Timeline& t = session_.timeline();
-    if (t.animations.empty()) return tell("The scene has no animations", "play");
-    if (t.playing.empty()) {
+    if (t.animations.empty() && !t.keyed) return tell("The scene has no animations", "play");
+    if (!t.runs()) {
         next_pose_ = {t.animations.front(), 0};
         plays_next_ = true;
         tell(fmt::format("Playing {}", t.animations.front()), "play");

@@ -132,13 +132,13 @@ bool Viewer::finish_opening() {
 
 void Viewer::set_playing(bool on) {
     play_.reset();
-    if (on && !session_.timeline().playing.empty()) play_ = {now(), session_.timeline().frame};
+    if (on && session_.timeline().runs()) play_ = {now(), session_.timeline().frame};
 }
 
 void Viewer::advance_playback() {
     if (!play_) return;
     const Timeline& t = session_.timeline();
-    if (t.playing.empty() || thread_.status().failed == request_) return set_playing(false);
+    if (!t.runs() || thread_.status().failed == request_) return set_playing(false);
     if (finish_opening() && play_ && !pose_pending_) {
         const double passed = std::floor((now() - play_->since) * t.rate.numerator / t.rate.denominator);
         const auto due = static_cast<FrameNumber>(std::fmod(std::max<double>(play_->first, 0) + passed, t.last + 1.0));

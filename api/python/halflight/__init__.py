@@ -471,7 +471,7 @@ def render(scene, frame=None, layers="all", progress=None, **settings):
 
 
 def render_sequence(scene, outputs, frames, layers="all", movie=None, stats=None, overwrite=False, accept_sources=(),
-                    develop=False, progress=None, **settings):
+                    develop=False, edit=None, progress=None, **settings):
     """Renders frames to numbered files, as ``halflight render --frames`` does. Existing frames are kept.
 
       outputs   one or more paths, such as .exr or .png, with a placeholder for the number: "shot.####.exr", "shot.%04d.png"
@@ -480,6 +480,9 @@ def render_sequence(scene, outputs, frames, layers="all", movie=None, stats=None
       stats     path of a file to which a line of JSON is appended for each frame
       develop   renders nothing: makes other pictures from the .exr of each frame
       accept_sources  hashes of sources whose frames count as those of this program (``halflight --version``)
+      edit      called as edit(frame, scene) before the first frame is rendered, for each frame and for frames near
+                it: changes lights, materials, nodes, hidden objects, environment and camera of `scene`, which has
+                its own edits and camera at the start of each call and after the last one
       progress  called as progress(frame, Progress); False stops the sequence
 
     Returns a dict: frames asked for, kept, made, and stopped_in, the frame in which `progress` stopped."""
@@ -489,9 +492,10 @@ def render_sequence(scene, outputs, frames, layers="all", movie=None, stats=None
     if not any(str(path).lower().endswith(".exr") for path in outputs):
         layers = None
     callback = None if progress is None else lambda values: progress(values[0], Progress(*values[1:]))
+    edits = None if edit is None else lambda frame: edit(frame, scene)
     return _call(_native.render_files, scene=scene._native, settings=_texts(settings, layers), options=options,
                  output=output, outputs=outputs, frames=frames, movie=movie, stats=stats, overwrite=overwrite,
-                 accept_sources=_items(accept_sources), develop=develop, progress=callback, log=_log)
+                 accept_sources=_items(accept_sources), develop=develop, edit=edits, progress=callback, log=_log)
 
 
 def denoise(frames, outputs=(), near=None, overwrite=False, accept_sources=(), progress=None, **settings):

@@ -6,7 +6,9 @@
 #include <limits>
 #include <random>
 
+#include "api/halflight/edit_text.h"
 #include "api/halflight/settings_file.h"
+#include "engine/core/names.h"
 #include "tests/cli/animated_scenes.h"
 #include "tests/support/process.h"
 #include "tests/support/scenes.h"
@@ -56,6 +58,15 @@ SavedSettings all_kinds() {
     s.light_azimuth = 1.0 / 3 - 40;
     s.edits.materials = {{"0", {{"roughness", {0.2f}}, {"base_color", {0.1f, 0.5f, 1, 1}}}}, {"12", {{"ior", {1.3f}}}}};
     s.edits.transforms[3] = dmat4(dvec4(1, 2, 3, 0), dvec4(0, 1, 0, 0), dvec4(0.1, 0, 1, 0), dvec4(4, 1.0 / 3, 6, 1));
+    using Of = EditTrack::Of;
+    s.keys.tracks = {{.of = Of::scene, .key = "emission", .keys = {{-1, "0.5"}, {2.5, "1"}}},
+                     {.of = Of::environment, .key = "tint", .keys = {{1, "1,0.5,0"}}},
+                     {.of = Of::camera, .key = "camera", .keys = {{1, "nave"}, {9, "2nd, of two"}}},
+                     {.of = Of::camera, .key = "from", .keys = {{1, "0.1,2,3"}, {2, "4,5,6"}}, .step = true},
+                     {.of = Of::lights, .name = "a.b", .key = "off", .keys = {{1, "true"}, {12, "false"}}},
+                     {.of = Of::materials, .name = "*", .key = "base_color", .keys = {{1, "1,0.5,0.25"}}},
+                     {.of = Of::nodes, .name = "n", .key = "scale", .keys = {{1, "1,1,1"}, {24, "2,2,2"}}},
+                     {.of = Of::hide, .name = "mesh:n", .keys = {{1, "false"}, {2, "true"}}}};
     s.moment = {{"run", 13, {30000, 1001}}};
     pose.orthographic = true;
     pose.ortho_height = 3;
@@ -207,7 +218,22 @@ TEST(SettingsFile, InvalidElementsAreNamed) {
         {R"("environment": {"map": ""})", "environment.map: "},
         {R"("environment": {"map": "\u0000"})", "environment.map: "},
         {R"("environment": {"map": "/\u0000sky.hdr"})", "environment.map: "},
-        {R"("bookmarks": [{"name": "a"}])", "bookmarks[0]: "}};
+        {R"("bookmarks": [{"name": "a"}])", "bookmarks[0]: "},
+        {R"("keys": {"light": {}})", "keys: there is no setting 'light'"},
+        {R"("keys": {"emission": 2})", "keys.emission: is no object"},
+        {R"("keys": {"emission": {}})", "keys.emission: has no frame"},
+        {R"("keys": {"emission": {"first": 2}})", "keys.emission: 'first' is no frame"},
+        {R"("keys": {"emission": {"1": -1}})", "keys.emission.1: expects numbers from 0"},
+        {R"("keys": {"lights": {"key": {"intensity": {"24": 1, "1": 2}}}})",
+         "keys.lights.key.intensity: frame 1 comes after frame 24"},
+        {R"("keys": {"lights": {"key": {"bright": {"1": 2}}}})", "keys.lights.key.bright.1: 'bright' is none of"},
+        {R"("keys": {"lights": {"key": {"ies": {"1": "a.ies"}}}})", "keys.lights.key.ies.1: 'ies' has no keys"},
+        {R"("keys": {"lights": {"key": {"off": {"1": 1}}}})", "keys.lights.key.off.1: is neither true nor false"},
+        {R"("keys": {"materials": {"a": {"base_color": {"1": "red", "2": [0, 0, 0, 1]}}}})",
+         "keys.materials.a.base_color: frame 2 has another count"},
+        {R"("keys": {"nodes": {"a": {"rotate": {"1": 90}}}})", "keys.nodes.a.rotate.1: "},
+        {R"("keys": {"camera": {"zoom": {"1": 90}}})", "keys.camera.zoom.1: 'zoom' is none of"},
+        {R"("keys": {"hide": {"a": {"1": 90}}})", "keys.hide.a.1: is neither true nor false"}};
     for (const auto& [member, element] : members)
         refuse(fmt::format("{{\"halflight_settings\": 1, {}}}", member), element);
     expect_refusal([&] { read_settings(folder / "no.json"); }, (folder / "no.json").string());
@@ -320,6 +346,57 @@ TEST(SceneEdits, ClayKeepsLightsAndHoles) {
     EXPECT_EQ(scene.lights[0].intensity, 3.0f * light.intensity);
     EXPECT_EQ(scene.lights[1].intensity, light.intensity);
     EXPECT_NO_THROW(validate(scene));
+}
+
+TEST(EditKeys, AreInterpolatedByWhatTheyMean) {
+    using Of = EditTrack::Of;
+    const auto at = [](Of of, const char* key, const char* first, const char* last, double frame, bool step = false) {
+        return sample({.of = of, .key = key, .keys = {{10, first}, {20, last}}, .step = step}, frame);
+    };
+    EXPECT_EQ(at(Of::lights, "intensity", "800", "200", 5), "800") << "before the first key";
+    EXPECT_EQ(at(Of::lights, "intensity", "800", "200", 12.5), "650");
+    EXPECT_EQ(at(Of::lights, "intensity", "800", "200", 20), "200");
+    EXPECT_EQ(at(Of::lights, "intensity", "800", "200", 1e9), "200") << "after the last key";
+    EXPECT_EQ(at(Of::lights, "intensity", "800", "200", 19.99, true), "800");
+    EXPECT_EQ(at(Of::lights, "off", "true", "false", 19.99), "true");
+    EXPECT_EQ(at(Of::nodes, "rotate", "0,0,0", "0,720,0", 15), "0,360,0") << "whole turns count";
+    EXPECT_EQ(at(Of::camera, "camera", "1", "2", 15), "1") << "a name may be a number";
+    EXPECT_EQ(at(Of::materials, "roughness", "", "0.5", 15), "") << "the edits beside the keys hold";
+    const auto numbers = [](const std::string& text) {
+        std::vector<double> all;
+        for (const std::string& part : split_names(text)) all.push_back(std::stod(part));
+        return all;
+    };
+    const double half = std::sqrt(0.5);
+    const auto direction = numbers(at(Of::lights, "direction", "3,0,0", "0,0,1", 15));
+    EXPECT_NEAR(direction[0], half, 1e-12);
+    EXPECT_NEAR(direction[2], half, 1e-12);
+    // A quarter turn about +Z with a stretch of 1 to 3 along the object's X.
+    const auto matrix = numbers(at(Of::nodes, "matrix", "1,0,0,0,0,1,0,0,0,0,1,0", "0,-1,0,2,3,0,0,0,0,0,1,0", 15));
+    const std::vector<double> expected{2 * half, -half, 0, 1, 2 * half, half, 0, 0, 0, 0, 1, 0};
+    for (std::size_t i = 0; i < 12; ++i) EXPECT_NEAR(matrix[i], expected[i], 1e-12) << i;
+}
+
+TEST(EditKeys, OfFramesGiveBackTheirEdits) {
+    const SceneEdits base{.lights = {{"key", {.factor = 2}}}};
+    std::vector<FrameEdits> frames;
+    for (const FrameNumber frame : {1, 2, 3}) {
+        FrameEdits& own = frames.emplace_back(FrameEdits{frame, base, {}});
+        light_edit(own.edits, "key").intensity = float(100 * frame);
+        if (frame == 2) own.edits.hidden = {{"crate"}}, own.edits.emission = 3;
+        own.camera.vfov = 40.0 + double(frame);
+    }
+    const EditKeys keys = keys_of(frames, base, "edit()");
+    for (const FrameEdits& frame : frames) {
+        SceneEdits edits = base;
+        apply_keys(keys, double(frame.frame), edits);
+        EXPECT_TRUE(edits == frame.edits) << frame.frame;
+        EXPECT_EQ(keyed_camera(keys, double(frame.frame)), frame.camera);
+    }
+    EXPECT_EQ(values_text(keys, base, 1, 1), values_text(keys_of({frames[0]}, base, "edit()"), base, 1, 1));
+    EXPECT_NE(values_text(keys, base, 1, 1), values_text(keys, base, 2, 2));
+    frames[1].edits.light_links = {{"key", {"-floor"}}};
+    expect_refusal([&] { keys_of(frames, base, "edit()"); }, "edit(): frame 2: only lights");
 }
 
 TEST(SceneEdits, HoldInTheLastPose) {
