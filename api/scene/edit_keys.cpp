@@ -286,6 +286,17 @@ std::string checked_value(Of of, const std::string& key, const std::string& valu
     return value;
 }
 
+namespace {
+
+/// Sets the source of an edit among `edits`; the edit of an added light has none there.
+template <class Edit>
+void set_source(std::vector<NamedEdit<Edit>>& edits, const Edit& edit, const std::string& source) {
+    for (NamedEdit<Edit>& named : edits)
+        if (&named.edit == &edit) named.source = source;
+}
+
+}  // namespace
+
 void apply_keys(const EditKeys& keys, double frame, SceneEdits& edits) {
     for (const EditTrack& track : keys.tracks) {
         if (track.of == Of::camera) continue;
@@ -293,18 +304,18 @@ void apply_keys(const EditKeys& keys, double frame, SceneEdits& edits) {
         if (value.empty()) continue;
         if (track.of == Of::lights) {
             LightEdit& edit = light_edit(edits, track.name);
-            edits.lights.back().source = track.source;
+            set_source(edits.lights, edit, track.source);
             if (track.key == "off")
                 edit.off = value == "true";
             else
                 set_key(edit, track.source, track.key, value);
         } else if (track.of == Of::materials) {
             MaterialEdit& edit = material_edit(edits, track.name);
-            edits.materials.back().source = track.source;
+            set_source(edits.materials, edit, track.source);
             set_key(edit, track.source, track.key, value);
         } else if (track.of == Of::nodes) {
             NodeEdit& edit = node_edit(edits, track.name);
-            edits.nodes.back().source = track.source;
+            set_source(edits.nodes, edit, track.source);
             set_key(edit, track.source, track.key, value);
         } else if (track.of == Of::hide) {
             std::erase(edits.hidden, ObjectName{track.name});
@@ -382,10 +393,13 @@ TrackValues track_values(const FrameEdits& frame) {
     TrackValues values;
     for (const SingleValue& s : kSingles)
         if (s.of != Of::camera) values.add(s.of, "", s.key, list_text(s.get(frame.edits)));
-    for (const auto& [name, edit, source] : frame.edits.lights)
+    const auto add_light = [&](const std::string& name, const LightEdit& edit) {
         for (const auto& row : light_edit_keys())
             if (std::string_view(row.name) != "ies" && std::string_view(row.name) != "on")
                 values.add(Of::lights, name, row.name, row.get(edit));
+    };
+    for (const auto& [name, edit, source] : frame.edits.lights) add_light(name, edit);
+    for (const AddedLamp& lamp : frame.edits.added_lights) add_light(lamp.name, lamp.edit);
     for (const auto& [name, edit, source] : frame.edits.materials)
         for (const auto& [property, numbers] : edit) values.add(Of::materials, name, property, property_text(numbers));
     for (const auto& [name, edit, source] : frame.edits.nodes)
@@ -405,6 +419,7 @@ SceneEdits unkeyed_rest(SceneEdits edits) {
     for (const auto& light : edits.lights)
         if (!light.edit.ies.empty()) profiles.push_back({light.name, LightEdit{.ies = light.edit.ies}, ""});
     edits.lights = std::move(profiles);
+    for (AddedLamp& lamp : edits.added_lights) lamp.edit = LightEdit{.ies = lamp.edit.ies};
     edits.materials.clear(), edits.nodes.clear(), edits.hidden.clear();
     return edits;
 }
@@ -439,7 +454,8 @@ EditKeys keys_of(const std::vector<FrameEdits>& frames, const SceneEdits& base, 
         if (unkeyed_rest(frame.edits) != unkeyed_rest(base))
             throw Error(subject,
                         "frame {}: only lights, materials, nodes, hidden objects, environment and camera can change "
-                        "from frame to frame, not light profiles, transforms of instances, catchers, groups and links",
+                        "from frame to frame, not light profiles, added lights, transforms of instances, catchers, "
+                        "groups and links",
                         frame.frame);
         all.push_back(track_values(frame));
         for (const auto& [id, value] : before.all)

@@ -7,6 +7,7 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 
+#include "api/halflight/scene_edits.h"
 #include "api/scene/added_surfaces.h"
 #include "engine/core/error.h"
 #include "engine/core/memory_ledger.h"

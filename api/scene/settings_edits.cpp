@@ -238,7 +238,9 @@ void read_track(const Element& e, EditTrack track, EditKeys& keys) {
         if (!track.keys.empty() && key.frame <= track.keys.back().frame)
             e.fail("frame {} comes after frame {}; frames ascend", name, track.keys.back().frame);
         key.value = checked_value(track.of, track.key, value_text(value), value.where());
-        if (!track.keys.empty() && std::ranges::count(key.value, ',') != std::ranges::count(track.keys[0].value, ','))
+        const bool is_name = track.of == EditTrack::Of::camera && track.key == "camera";
+        if (!is_name && !track.keys.empty() &&
+            std::ranges::count(key.value, ',') != std::ranges::count(track.keys[0].value, ','))
             e.fail("frame {} has another count of numbers than the first one", name);
         track.keys.push_back(std::move(key));
     }

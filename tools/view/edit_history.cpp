@@ -5,7 +5,7 @@
 namespace halflight::view {
 namespace {
 
-constexpr std::size_t kMost = 1000;  // states to undo
+constexpr std::size_t kMostStates = 1000;  // states to undo
 
 }  // namespace
 
@@ -23,7 +23,7 @@ void EditHistory::record(const SavedSettings& now, bool busy) {
     }
     if (busy || now == current_) return;
     before_.push_back(std::exchange(current_, now));
-    if (before_.size() > kMost) before_.erase(before_.begin());
+    if (before_.size() > kMostStates) before_.erase(before_.begin());
     after_.clear();
 }
 

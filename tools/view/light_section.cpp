@@ -10,7 +10,8 @@
 namespace halflight::view {
 namespace {
 
-constexpr std::size_t kMost = 100;  // lights, and emissive materials, that are listed; the section Scene lists all
+constexpr std::size_t kMostListed =
+    100;  // lights, and emissive materials, that are listed; the section Scene lists all
 
 /// Opens the next properties, and scrolls to them, if they belong to an object that has just been selected.
 void open_if(PanelContext& c, bool selected) {
@@ -41,7 +42,7 @@ void emissive_materials(PanelContext& c) {
     const std::vector<Material> shown = c.session.edited_values().materials;
     const bool other = c.outliner.lit != c.session.selection;
     ImGui::PushID("surfaces");
-    for (std::size_t k = 0; k < std::min(emissive.size(), kMost); ++k) {
+    for (std::size_t k = 0; k < std::min(emissive.size(), kMostListed); ++k) {
         const std::size_t i = emissive[k];
         ImGui::PushID(static_cast<int>(i));
         const std::string& name = scene.materials[i].name;
@@ -51,7 +52,7 @@ void emissive_materials(PanelContext& c) {
         ImGui::PopID();
     }
     ImGui::PopID();
-    if (emissive.size() > kMost)
+    if (emissive.size() > kMostListed)
         faint_text(fmt::format("The section Scene lists all {} emissive materials.", emissive.size()));
 }
 
@@ -97,7 +98,7 @@ void light_section(PanelContext& c) {
     const Selection& selected = c.session.selection;
     for (std::size_t i = 0; i < lights.size(); ++i) {
         const Selection object{ObjectKind::light, i};
-        if (i >= kMost && selected != object) continue;
+        if (i >= kMostListed && selected != object) continue;
         const std::string& name = lights[i].name;
         ImGui::PushID(static_cast<int>(i));
         open_if(c, selected == object);
@@ -106,7 +107,7 @@ void light_section(PanelContext& c) {
         ImGui::PopID();
     }
     ImGui::PopID();
-    if (lights.size() > kMost) faint_text(fmt::format("The section Scene lists all {} lights.", lights.size()));
+    if (lights.size() > kMostListed) faint_text(fmt::format("The section Scene lists all {} lights.", lights.size()));
     c.outliner.lit = selected;
 }
 

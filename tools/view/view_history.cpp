@@ -5,7 +5,7 @@
 namespace halflight::view {
 namespace {
 
-constexpr std::size_t kMost = 1000;  // views to restore
+constexpr std::size_t kMostViews = 1000;  // views to restore
 constexpr double kRest = 0.4;        // time without a change after which a move has ended, seconds
 
 }  // namespace
@@ -20,7 +20,7 @@ void ViewHistory::settle(const View& now) {
     seen_ = now;
     if (now == current_) return;
     before_.push_back(std::exchange(current_, now));
-    if (before_.size() > kMost) before_.erase(before_.begin());
+    if (before_.size() > kMostViews) before_.erase(before_.begin());
     after_.clear();
 }
 

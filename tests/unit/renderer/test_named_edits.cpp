@@ -338,7 +338,7 @@ TEST(AddedLights, UnusableOnesAreOneLine) {
     refuse({"a=kind:lamp,position:0,0,0"}, "kind: 'lamp' is none of point, spot, sun, rectangle, disc");
     refuse({"a=kind:point,kind:spot,position:0,0,0"}, "two kinds");
     refuse({"a=kind:point"}, "a point needs a position");
-    refuse({"a=kind:point,position:0,nan,0"}, "position: expects numbers");
+    refuse({"a=kind:point,position:0,1e13,0"}, "position: expects numbers");
     refuse({"a=kind:point,position:0,0,0,intensity:-1"}, "intensity");
     refuse({"a=kind:disc,position:0,0,0,size:0"}, "size: expects numbers from");
     refuse({"a=kind:disc,position:0,0,0,size:1,2,3"}, "size: expects one number or two");
@@ -690,7 +690,8 @@ TEST(SceneNames, AreOptionsThatKeepTheScene) {
         EXPECT_EQ(same.instances[i].object_to_world, yard.scene.instances[i].object_to_world);
     const std::string lines = option_lines(names);
     for (const char* line :
-         {"--light 'it'\\''s \"key\"=intensity:8,color:0.25,0.5,1,position:1,1,0,direction:0,-1,0,radius:0'\n",
+         {"--light 'it'\\''s \"key\"=intensity:8,color:0.25,0.5,1,position:1,1,0,direction:0,-1,0,radius:0,inner:0,"
+          "outer:45'\n",
           "--variant red\n", "--node 'box a=translate:0,0,0'\n"})
         EXPECT_NE(lines.find(line), std::string::npos) << lines;
     EXPECT_EQ(lines.find("other scene"), std::string::npos) << lines;

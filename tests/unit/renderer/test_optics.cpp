@@ -210,14 +210,15 @@ TEST(Optics, EyesAndRingsAreDenoisedApart) {
     EXPECT_EQ(windows(stacked, wide), (Windows{{{0, 0}, {232, 66}, 0}, {{0, 66}, {232, 66}, 0}}));
     EXPECT_EQ(windows(stacked, lower), (Windows{{{0, 0}, {80, 2}, 0}, {{0, 2}, {80, 50}, 0}}));
     const Optics rings{.projection = Projection::panorama, .stereo = Stereo::side_by_side};
-    EXPECT_EQ(windows(rings, whole), (Windows{{{0, 0}, {100, 100}, 64}, {{100, 0}, {100, 100}, 64}}));
+    EXPECT_EQ(windows(rings, whole),
+              (Windows{{{0, 0}, {100, 100}, kDenoiserReach}, {{100, 0}, {100, 100}, kDenoiserReach}}));
     EXPECT_EQ(windows(rings, lower), (Windows{{{0, 0}, {80, 52}, 0}}));
     RenderSettings settings;
     settings.width = 320, settings.height = 160, settings.camera.optics = panorama, settings.denoise = true;
     settings.crop = PixelWindow{{100, 60}, {120, 80}};
-    EXPECT_EQ(rendered_window(settings, settings.camera.optics), (PixelWindow{{32, 0}, {192, 144}}));
+    EXPECT_EQ(rendered_window(settings, settings.camera.optics), (PixelWindow{{0, 0}, {224, 160}}));
     settings.crop = PixelWindow{{60, 60}, {80, 80}};
-    EXPECT_EQ(rendered_window(settings, settings.camera.optics), (PixelWindow{{0, 0}, {320, 144}}))
+    EXPECT_EQ(rendered_window(settings, settings.camera.optics), (PixelWindow{{0, 0}, {320, 160}}))
         << "the filter reaches beyond the seam";
 }
 
