@@ -77,7 +77,7 @@ struct KeyedCamera {
 };
 KeyedCamera keyed_camera(const EditKeys& keys, double frame);
 /// Returns a camera with the values of keys. `free` is its pose if it is none of the scene: it goes on to look at its
-/// target, while a camera of the scene keeps its direction. Throws Error if the values define no view.
+/// target, while a camera of the scene keeps its direction; with `from` and `at` it cuts nothing off. Throws Error if the values define no view.
 Camera with_keys(Camera camera, const KeyedCamera& keys, const std::optional<CameraPose>& free);
 
 /// Returns the frames at which the camera jumps, ascending: keys of its tracks that hold until the next one.

@@ -346,7 +346,9 @@ Camera with_keys(Camera camera, const KeyedCamera& keys, const std::optional<Cam
         const dvec3 ahead = from - dvec3(camera.camera_to_world[2]), own_up(camera.camera_to_world[1]);
         const dvec3 at = keys.at.value_or(free ? free->at : ahead);
         const dvec3 up = keys.up.value_or(free ? free->up : keys.at ? dvec3(0, 1, 0) : own_up);
-        camera.camera_to_world = look_at_camera(from, at, up, camera.vertical_fov).camera_to_world;
+        const Camera looking = look_at_camera(from, at, up, camera.vertical_fov);
+        camera.camera_to_world = looking.camera_to_world;
+        if (keys.from && keys.at) camera.near_plane = looking.near_plane, camera.far_plane = looking.far_plane;
     }
     if (keys.vfov) camera.vertical_fov = glm::radians(*keys.vfov);
     if (keys.ortho_height) camera.ortho_height = *keys.ortho_height;

@@ -227,7 +227,7 @@ class Edits(InFolder):
         self.assertEqual((fill["name"], fill["type"], panel["type"]), ("fill", "spot", "rectangle"))
         self.assertAlmostEqual(fill["outer"], 40, 4)
         np.testing.assert_allclose(panel["size"], (0.2, 0.1), rtol=1e-6)
-        picture = self.renderer.render()
+        picture = hl.render(self.scene, layers=[], **SMALL)
         path = self.folder / "lights.json"
         self.scene.save_settings(path)
         run(PROGRAM, "render", CORNELL, self.folder / "lights.exr", "--settings", path, "--device", DEVICE, "--quiet",
