@@ -102,7 +102,7 @@ void set_light_groups(const SceneEdits& edits, const FoundLightGroups& found, Sc
     std::vector<std::string> names;
     for (const LightGroup& group : edits.light_groups) names.push_back(group.name);
     if (!names.empty()) names.emplace_back(kRest);
-    set_light_groups({std::move(names), found}, scene);
+    set_light_groups({std::move(names), found, {}}, scene);
 }
 
 SeparateLights separate_lights(const Scene& scene, const std::set<std::size_t>& driven, const std::string& subject) {
@@ -119,6 +119,7 @@ SeparateLights separate_lights(const Scene& scene, const std::set<std::size_t>& 
         const bool emits = !m.unlit && (m.emission != vec3(0) || driven.contains(i));
         separate.groups.materials.push_back(emits ? next(own_name(m.name, "material", taken)) : kNoLightGroup);
     }
+    for (const Material& m : scene.materials) separate.surfaces.push_back(m.name);
     if (!scene.environment.black()) separate.groups.environment = next(kEnvironmentName);
     next(kRest);
     check_count(separate.names.size(), subject);
@@ -127,6 +128,12 @@ SeparateLights separate_lights(const Scene& scene, const std::set<std::size_t>& 
 
 void set_light_groups(const SeparateLights& lights, Scene& scene) {
     const FoundLightGroups& groups = lights.groups;
+    const auto named = [](const std::string& name, const Material& m) { return name == m.name; };
+    if (scene.materials.size() < lights.surfaces.size() ||
+        !std::equal(lights.surfaces.begin(), lights.surfaces.end(), scene.materials.begin(), named))
+        throw Error(scene.name,
+                    "with a light group for each light, surfaces of added lights cannot go dark or begin to "
+                    "shine from frame to frame");
     for (std::size_t i = 0; i < groups.lights.size(); ++i) scene.lights[i].light_group = groups.lights[i];
     for (std::size_t i = 0; i < groups.materials.size(); ++i) scene.materials[i].light_group = groups.materials[i];
     scene.environment.light_group = groups.environment;

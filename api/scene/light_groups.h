@@ -18,8 +18,9 @@ struct FoundLightGroups {
 
 /// The groups of SceneEdits::each_light, which all poses of a scene share.
 struct SeparateLights {
-    std::vector<std::string> names;  // names of the groups; the last group has all other lights
-    FoundLightGroups groups;         // groups of lights, materials and environment; `instances` is empty
+    std::vector<std::string> names;     // names of the groups; the last group has all other lights
+    FoundLightGroups groups;            // groups of lights, materials and environment; `instances` is empty
+    std::vector<std::string> surfaces;  // names of all materials
 };
 
 /// Throws Error about `subject` if the name of a group cannot name a layer.
@@ -38,6 +39,7 @@ void set_light_groups(const SceneEdits& edits, const FoundLightGroups& found, Sc
 /// Gives each light, each material that emits light and the environment a group of its own. `driven` holds indices of
 /// materials that may emit light in other poses. Throws Error about `subject` if these are too many.
 SeparateLights separate_lights(const Scene& scene, const std::set<std::size_t>& driven, const std::string& subject);
+/// Throws Error about the scene if a pose has other materials: surfaces of added lights that are black have none.
 void set_light_groups(const SeparateLights& lights, Scene& scene);
 
 /// Returns the names of groups that have no light, but for `driven` materials. Those of pages cannot be told.

@@ -441,8 +441,10 @@ void apply(const SceneEdits& edits, Scene& scene, const SceneTree& tree, const s
     if (sizes != LightEdit())
         for (PunctualLight& light : scene.lights) apply(sizes, light);
     std::ranges::move(profiles, std::back_inserter(scene.light_profiles));
+    std::vector<vec2> extents(scene.lights.size(), vec2(1));
     for_each_light(edits, scene, subject, [&](std::size_t index, const LightEdit& edit, const std::string&) {
         PunctualLight& light = scene.lights[index];
+        if (edit.size) extents[index] = *edit.size;
         if (edit.ies.empty()) return apply(edit, light);
         const LightProfile* profile = profile_of_file(scene, edit.ies);
         light.type = LightType::point;  // without the cones of a spot
@@ -457,7 +459,7 @@ void apply(const SceneEdits& edits, Scene& scene, const SceneTree& tree, const s
     std::size_t index = own_lights;
     for (const AddedLamp* lamp : lamps_in_order(edits)) {
         if (is_area(lamp->kind))
-            surfaces.push_back({scene.lights[index], lamp->kind == LampKind::disc, size_of(*lamp, edits)});
+            surfaces.push_back({scene.lights[index], lamp->kind == LampKind::disc, extents[index]});
         ++index;
     }
     scene.lights.resize(scene.lights.size() - surfaces.size());

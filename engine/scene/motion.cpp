@@ -1,6 +1,8 @@
 #include "engine/scene/motion.h"
 
 #include <map>
+#include <string_view>
+#include <tuple>
 #include <utility>
 
 namespace halflight {
@@ -10,15 +12,17 @@ const Mesh& mesh_of(const Scene& scene, const Instance& instance) {
     return scene.meshes[static_cast<std::size_t>(instance.mesh)];
 }
 
-/// Identity of an instance: its node, and its index among the node's instances (EXT_mesh_gpu_instancing makes many).
-using Key = std::pair<int, int>;
+/// Identity of an instance: its node, or its name if an edit has added it, and its index among the instances of that
+/// node or name (EXT_mesh_gpu_instancing makes many).
+using Key = std::tuple<int, std::string_view, int>;
 
 template <class F>
 void for_each_key(const Scene& scene, F f) {
-    std::map<int, int> seen;
+    std::map<std::pair<int, std::string_view>, int> seen;
     for (std::size_t i = 0; i < scene.instances.size(); ++i) {
-        const int node = scene.instances[i].node;
-        f(Key(node, seen[node]++), i);
+        const Instance& instance = scene.instances[i];
+        const std::string_view name = instance.added ? std::string_view(instance.name) : std::string_view();
+        f(Key(instance.node, name, seen[{instance.node, name}]++), i);
     }
 }
 
