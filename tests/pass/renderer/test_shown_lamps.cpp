@@ -184,7 +184,8 @@ TEST_F(ShownLamps, ChangeNoBitOfScenesWithoutThem) {
 }
 
 TEST_F(ShownLamps, AreNotFilteredAndHaveTheSameBitsInEachPart) {
-    // The denoiser filters what surfaces reflect, so lamps add what they add to the mean, but for its weights.
+    // The denoiser filters what surfaces reflect, so lamps add what they add to the mean, but for its weights, and for
+    // the noise that it leaves where it is hardly seen beside them.
     Scene scene = cornell_box();
     for (int i = 0; i < 6; ++i) {
         PunctualLight& lamp = scene.lights.emplace_back();
@@ -205,7 +206,7 @@ TEST_F(ShownLamps, AreNotFilteredAndHaveTheSameBitsInEachPart) {
                 const double added = layer(shown, "emission.R").at(x, y)[c] - layer(hidden, "emission.R").at(x, y)[c];
                 most = std::max(most, added);
                 EXPECT_NEAR(shown.beauty.at(x, y)[c] - hidden.beauty.at(x, y)[c], added,
-                            1e-2 * (1 + shown.beauty.at(x, y)[c]));
+                            2e-2 * (1 + shown.beauty.at(x, y)[c]));
             }
     EXPECT_GT(most, 1);
     settings.denoise = false;
