@@ -28,18 +28,19 @@ void add_edit_options(Options& options, ViewArguments& a) {
             a.edit_options.push_back({name, add, text});
         });
     };
-    edit("--light", "NAME=KEY:VALUE,...",
-         "edits lights. NAME is a name, a number from 0, or a pattern with * and ?; `halflight info SCENE --names` "
-         "lists "
-         "names. A number alone is a factor. Keys are these." +
-             list_of(light_edit_keys()),
-         add_light_edit);
+    // Options apply in this order, so that --light may name added lights.
     edit(
         "--add-light", "NAME=kind:KIND,KEY:VALUE,...",
         "adds a light that shines like those of the file. KIND is point, spot, sun, rectangle or disc; rectangles and "
         "discs shine to one side. All but a sun need a position. Keys are those of --light that suit the kind. A light "
         "without further keys is white, has an intensity of 1 and shines down",
         add_new_light);
+    edit("--light", "NAME=KEY:VALUE,...",
+         "edits lights. NAME is a name, a number from 0, or a pattern with * and ?; `halflight info SCENE --names` "
+         "lists "
+         "names. A number alone is a factor. Keys are these." +
+             list_of(light_edit_keys()),
+         add_light_edit);
     edit("--lamp-radius", "METRES",
          "radius of all points and spots, which makes their shadows soft; --light NAME=radius:METRES replaces it",
          [](SceneEdits& edits, const std::string& option, const std::string& text) {
