@@ -26,7 +26,7 @@ bool Outline::Key::operator==(const Key& o) const {
 }
 
 const std::vector<PictureLine>& Outline::lines(const Session& session, const ivec2& size) {
-    Key key{session.selection, session.shared_scene(), surface_edits(session.edits), session.camera(), size};
+    Key key{session.selection, session.shared_scene(), surface_edits(session.edits_now()), session.camera(), size};
     if (key_ == key) return lines_;
     if (!key_ || key_->scene != key.scene) edges_.clear();
     key_ = std::move(key);

@@ -125,7 +125,8 @@ Scene Session::edited_values() const {
     values.lights = scene_->lights;
     values.light_profiles = scene_->light_profiles;
     values.materials = scene_->materials;
-    SceneEdits part = edits_now();
+    const SceneEdits now = edits_now();
+    SceneEdits part = now;
     part.clay = false;
     part.emission = 1;  // a factor on all materials, which is not part of any
     part.transforms.clear();
@@ -133,7 +134,7 @@ Scene Session::edited_values() const {
     part.catchers.clear();
     part.ground = false;
     part.added_lights.clear();
-    for (const AddedLamp* lamp : lamps_in_order(edits)) {
+    for (const AddedLamp* lamp : lamps_in_order(now)) {
         AddedLamp& light = part.added_lights.emplace_back(*lamp);
         if (!is_area(light.kind)) continue;
         light.kind = LampKind::spot;  // with the same position and direction; surfaces are no lights of a scene
@@ -155,7 +156,9 @@ Scene Session::edited_values() const {
 std::optional<AreaLamp> Session::area_lamp(std::size_t light) const {
     const AddedLamp* const lamp = added_lamp(light);
     if (!lamp || !is_area(lamp->kind)) return std::nullopt;
-    return AreaLamp{edited_values().lights.at(light), lamp->kind == LampKind::disc, size_of(*lamp, edits)};
+    const SceneEdits now = edits_now();
+    const AddedLamp& shown = *lamps_in_order(now).at(light - scene_->lights.size());
+    return AreaLamp{edited_values().lights.at(light), shown.kind == LampKind::disc, size_of(shown, now)};
 }
 
 std::vector<std::size_t> Session::selected_instances() const {
@@ -287,8 +290,9 @@ NodeFrame Session::node_frame(std::size_t index) const {
     NodeFrame frame{dvec3(own_matrix[3]), dmat4(1), dvec3(own_matrix[3])};
     const auto middle = pivots_on_origin ? std::nullopt : centre(index);
     if (middle) frame.pivot = *middle;
-    const auto own = std::ranges::find(edits.nodes, references_.nodes[index], &NamedEdit<NodeEdit>::name);
-    if (own != edits.nodes.end() && own->edit.matrix) {
+    const std::vector<NamedEdit<NodeEdit>> nodes = edits_now().nodes;
+    const auto own = std::ranges::find(nodes, references_.nodes[index], &NamedEdit<NodeEdit>::name);
+    if (own != nodes.end() && own->edit.matrix) {
         frame.origin = frame.pivot = dvec3((*own->edit.matrix)[3]);
         const bool invertible = glm::determinant(own_matrix) != 0;
         if (middle && invertible)
@@ -296,9 +300,9 @@ NodeFrame Session::node_frame(std::size_t index) const {
         return frame;
     }
     const int parent = tree_->nodes[index].parent;
-    if (parent == kNone || edits.nodes.empty()) return frame;
+    if (parent == kNone || nodes.empty()) return frame;
     SceneEdits moves;
-    moves.nodes = edits.nodes;
+    moves.nodes = nodes;
     Scene marker = marker_at(scene_->name, parent);
     try {
         apply(moves, marker, SceneTree{tree_->nodes, {}, {}});
