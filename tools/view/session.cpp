@@ -33,7 +33,9 @@ SavedSettings Session::document() const {
 }
 
 SavedSettings Session::document(const PreviewArguments& a) const {
-    check_edits(a.choice.edits, *scene_, *tree_, a.choice.edits_source);
+    SceneEdits first = a.choice.edits;
+    apply_keys(a.choice.keys, 0, first);
+    check_edits(first, *scene_, *tree_, a.choice.edits_source);
     SavedSettings other = document();
     other.edits = a.choice.edits;
     other.keys = a.choice.keys;
@@ -54,7 +56,7 @@ SavedSettings Session::document(const PreviewArguments& a) const {
 std::optional<std::function<Session::Opened()>> Session::restore(const SavedSettings& document) {
     const std::string selected = selection.kind == ObjectKind::light ? name_of(selection) : "";
     edits = document.edits;
-    arguments_.choice.keys = document.keys;
+    const bool posed = take_keys(document.keys);
     if (!selected.empty()) {  // other edits may add other lamps
         std::size_t i = 0;
         while (i < lights().size() && name_of({ObjectKind::light, i}) != selected) ++i;
@@ -73,6 +75,7 @@ std::optional<std::function<Session::Opened()>> Session::restore(const SavedSett
         return opening;
     }
     if (!(document.environment == arguments_.choice.environment)) return lighting(document.environment);
+    if (!posed) return posing(timeline_.animation, timeline_.frame);
     return std::nullopt;
 }
 
@@ -88,9 +91,18 @@ void Session::take_lens(const Camera& camera) {
 
 Camera Session::camera() const {
     if (scene_camera_) return timeline_.cameras[*scene_camera_];
-    const Camera camera = camera_of(pose_);
-    if (!timeline_.keyed || first_camera_ || pose_ != first_pose_) return camera;  // the user has moved it
-    return with_keys(camera, keyed_camera(arguments_.choice.keys, double(timeline_.frame)), pose_);
+    if (const auto free = keyed_pose()) {
+        try {
+            return timeline_.with_keys(*free, *scene_);
+        } catch (const Error&) {  // posing() and load() have reported it
+        }
+    }
+    return camera_of(pose_);
+}
+
+std::optional<CameraPose> Session::keyed_pose() const {
+    const bool moved = scene_camera_ || first_camera_ || pose_ != first_pose_;
+    return timeline_.keyed && !moved ? std::optional(pose_) : std::nullopt;
 }
 
 Camera Session::camera_with_lens() const {
@@ -148,8 +160,30 @@ void Session::edit(SceneEdits other) {
 
 SceneEdits Session::edits_now() const {
     SceneEdits now = edits;
-    apply_keys(arguments_.choice.keys, double(timeline_.frame), now);
+    try {
+        apply_keys(arguments_.choice.keys, double(timeline_.frame), now);
+    } catch (const Error&) {
+        return edits;  // posing() has reported it
+    }
     return now;
+}
+
+void Session::check_keyed(SceneEdits other, const EditKeys& keys) const {
+    apply_keys(keys, double(timeline_.frame), other);
+    check_edits(other, *scene_, *tree_);
+}
+
+bool Session::take_keys(EditKeys keys) {
+    if (keys == arguments_.choice.keys) return true;
+    arguments_.choice.keys = std::move(keys);
+    try {
+        timeline_.take_keys(arguments_, *reference_);
+        if (const auto free = keyed_pose()) timeline_.with_keys(*free, *reference_);
+    } catch (const Error&) {
+        return false;
+    }
+    follow_camera();
+    return true;
 }
 
 std::vector<Instance> Session::moved_instances(const Scene& scene, const SceneTree& tree, const SceneEdits& edits) {

@@ -30,15 +30,25 @@ struct Timeline {
     std::string animation = "none";         // animation that plays: a value of --animation
     std::vector<std::size_t> playing{};     // indices of the animations that play
     FrameRate rate{};
-    FrameNumber frame = 0;          // number of the frame shown
-    FrameNumber last = 0;           // number of the last frame: from last_frame(), or the last key of edits
-    bool keyed = false;             // edits over frames change the scene
-    std::vector<Camera> cameras{};  // the scene's cameras at that frame
+    FrameNumber frame = 0;              // number of the frame shown
+    FrameNumber last_posed = 0;         // number of the last frame of the animation, from last_frame()
+    FrameNumber last = 0;               // number of the last frame, of the animation or of keys
+    bool keyed = false;                 // edits over frames change the scene
+    std::vector<Camera> own_cameras{};  // the scene's cameras at that frame, without keys
+    std::vector<Camera> cameras{};      // the same cameras, the chosen one with keys
+    KeyedCamera keys{};                 // values of keys for the chosen camera at that frame
+    /// Takes edits over frames, at `frame`. Throws Error if they have no values there, and if one of them names a
+    /// camera that the scene lacks; cameras are without keys then.
+    void take_keys(const PreviewArguments& arguments, const Scene& scene);
+    /// Returns a free camera with keys. Throws Error if they define no view.
+    Camera with_keys(const CameraPose& free, const Scene& scene) const;
     /// Returns whether frames differ.
     bool runs() const { return keyed || !playing.empty(); }
 };
 /// Returns the value of --animation for each animation: its name, or its number if the name is empty or ambiguous.
 std::vector<std::string> titles(const std::vector<Animation>& animations);
+/// Returns the edits of the arguments at a frame. Throws Error if keys have no values there.
+SceneEdits edits_at(const PreviewArguments& arguments, FrameNumber frame);
 /// Returns the last frame that is no later than `end` seconds, with a tolerance of 10^-3 frames; at most 10^6.
 FrameNumber last_frame(double end, const FrameRate& rate);
 
@@ -118,7 +128,8 @@ class Session {
     /// Returns the scene at the current frame, without edits.
     const Scene& scene() const { return *scene_; }
     const std::shared_ptr<const Scene>& shared_scene() const { return scene_; }
-    /// Returns the edits with those over frames at the current frame.
+    /// Returns the edits with those over frames at the current frame, or without them if they have no values there,
+    /// which posing() reports.
     SceneEdits edits_now() const;
     /// Replaces the edits. Throws Error if they do not suit the scene, and keeps the earlier ones then.
     void edit(SceneEdits edits);
@@ -137,7 +148,7 @@ class Session {
     const AddedLamp* added_lamp(std::size_t light) const;
     /// Returns lights() and materials as the picture shows them, except for clay, hidden lights and the factor on all
     /// emissive surfaces. The scene has no meshes and images.
-    Scene edited_values() const;
+    Scene edited_values() const { return edited_values(""); }
     /// Returns a rectangle or a disc as the picture shows it, by its index in lights(); none for other lights.
     std::optional<AreaLamp> area_lamp(std::size_t light) const;
     /// Adds a lamp before the surface at a pixel, else before the point about which the camera turns, and selects it.
@@ -209,7 +220,8 @@ class Session {
     SavedSettings document() const;
     /// Returns the document that these arguments make of the current scene. Throws Error if their edits do not suit it.
     SavedSettings document(const PreviewArguments& arguments) const;
-    /// Restores a document. Returns a function like lighting() and dressing() if environment or variant change.
+    /// Restores a document. Returns a function like lighting() and dressing() if environment or variant change, and
+    /// one like posing(), which throws Error, if its edits over frames have no values at the current frame.
     std::optional<std::function<Opened()>> restore(const SavedSettings& document);
     /// Returns a function that poses the scene at a frame of an animation, on any thread. Throws Error without
     /// animations. The function throws Error for an unknown animation or an invalid pose.
@@ -287,11 +299,19 @@ class Session {
     /// Loads a scene without the entries of its settings file that do not suit it.
     static Opened load_with_settings(PreviewArguments arguments, const ColorConfig& colors, const Console& console);
     /// Finds the references of the current scene. With the same scene in another pose or environment, edits of lights
-    /// that the earlier environment had are removed.
+    /// that the earlier environment had are removed, with their keys.
     void find_references(bool other_scene);
     /// Sets cameras and selection to those of the same names after the scene was loaded anew. before: references() of
     /// the earlier scene.
     void find_again(const ObjectReferences& before);
+    /// Returns edited_values() without the edits of lights by patterns that match `copy`; "": with all edits.
+    Scene edited_values(const std::string& copy) const;
+    /// Throws Error if edits with keys do not suit the scene at the current frame.
+    void check_keyed(SceneEdits edits, const EditKeys& keys) const;
+    /// Replaces the edits over frames. Returns whether they have values at the current frame, which else has none.
+    bool take_keys(EditKeys keys);
+    /// Returns the pose of a free camera that keys change; none if the user has moved it, or has chosen another one.
+    std::optional<CameraPose> keyed_pose() const;
     void update_lights() const;  ///< Brings lights() and their references up to date.
     /// Returns a name that no light has: "spot", "spot 2".
     std::string free_lamp_name(std::string name) const;

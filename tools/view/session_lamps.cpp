@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "api/halflight/edit_text.h"
+#include "api/halflight/object_names.h"
 #include "engine/core/error.h"
 #include "tools/view/session.h"
 
@@ -20,6 +21,13 @@ double rounded(double value, double scale) {
 
 dvec3 rounded(const dvec3& value, double scale) {
     return {rounded(value.x, scale), rounded(value.y, scale), rounded(value.z, scale)};
+}
+
+/// Returns a name that an added lamp can have: without signs that have a meaning in lists and patterns.
+std::string usable_name(std::string name, LampKind kind) {
+    for (char& c : name)
+        if (c == '*' || c == '?' || c == ',' || std::iscntrl(static_cast<unsigned char>(c)) != 0) c = '_';
+    return name.find_first_not_of("0123456789") == std::string::npos ? halflight::name(kind) : name;
 }
 
 }  // namespace
@@ -73,15 +81,20 @@ void Session::add_lamp(LampKind kind, const dvec2& point, const ivec2& size) {
 
 void Session::duplicate_lamp() {
     if (selection.kind != ObjectKind::light) throw Error("duplicate", "no light is selected");
-    const Scene values = edited_values();
-    const PunctualLight& light = values.lights.at(selection.index);
+    const SceneEdits now = edits_now();
     AddedLamp lamp;
-    if (const AddedLamp* added = added_lamp(selection.index)) {
-        lamp = *added;
+    if (added_lamp(selection.index)) {
+        lamp = *lamps_in_order(now).at(selection.index - scene_->lights.size());
+        lamp.name = free_lamp_name(lamp.name);
     } else {
-        const bool sun = light.type == LightType::directional;
-        const LightEdit* const own = find_light_edit(edits, references().lights[selection.index]);
-        lamp.kind = sun ? LampKind::sun : light.type == LightType::spot ? LampKind::spot : LampKind::point;
+        const PunctualLight& source = scene_->lights[selection.index];
+        const bool sun = source.type == LightType::directional;
+        lamp.kind = sun ? LampKind::sun : source.type == LightType::spot ? LampKind::spot : LampKind::point;
+        lamp.name = free_lamp_name(usable_name(source.name, lamp.kind));
+        // Patterns that match the copy's name apply to it, so that its own values must not have them.
+        const Scene values = edited_values(lamp.name);
+        const PunctualLight& light = values.lights.at(selection.index);
+        const LightEdit* const own = find_light_edit(now, references().lights[selection.index]);
         if (light.profile != kNone) {
             lamp.edit.ies = values.light_profiles.at(static_cast<std::size_t>(light.profile)).path;
             if (lamp.edit.ies.empty())
@@ -104,7 +117,6 @@ void Session::duplicate_lamp() {
         }
         if (own && own->off) lamp.edit.off = true, lamp.edit.intensity = own->intensity;
     }
-    lamp.name = free_lamp_name(lamp.name.empty() ? (light.name.empty() ? name(lamp.kind) : light.name) : lamp.name);
     if (lamp.edit.position) {
         const dvec3 right(camera().camera_to_world[0]);
         const double aside = 0.1 * glm::distance(*lamp.edit.position, pose_.from);
@@ -122,6 +134,7 @@ bool Session::remove_lamp() {
     if (!lamp) return false;
     const std::string name = lamp->name;
     SceneEdits other = edits;
+    EditKeys keys = arguments_.choice.keys;
     std::erase_if(other.added_lights, [&](const AddedLamp& one) { return one.name == name; });
     const auto names_it = [&](const std::string& of) { return of == name || of == "light:" + name; };
     std::erase_if(other.hidden, [&](const ObjectName& hidden) { return names_it(hidden.name); });
@@ -129,7 +142,13 @@ bool Session::remove_lamp() {
         std::erase_if(*links, [&](const LightLink& link) { return names_it(link.light); });
     for (LightGroup& group : other.light_groups) std::erase_if(group.lights, names_it);
     std::erase_if(other.light_groups, [](const LightGroup& group) { return group.lights.empty(); });
+    std::erase_if(keys.tracks, [&](const EditTrack& track) {
+        return (track.of == EditTrack::Of::lights && track.name == name) ||
+               (track.of == EditTrack::Of::hide && names_it(track.name));
+    });
+    check_keyed(other, keys);
     edit(std::move(other));
+    take_keys(std::move(keys));
     selection = {};
     return true;
 }

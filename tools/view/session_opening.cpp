@@ -22,19 +22,6 @@ VersionedFile environment_file(const PreviewArguments& a) {
     return map ? versioned(*map) : VersionedFile();
 }
 
-/// Returns the edits of the arguments at a frame.
-SceneEdits edits_at(const PreviewArguments& a, FrameNumber frame) {
-    SceneEdits edits = a.choice.edits;
-    apply_keys(a.choice.keys, double(frame), edits);
-    return edits;
-}
-
-/// Lets a timeline reach to the last key of edits over frames.
-void take_keys(Timeline& t, const EditKeys& keys) {
-    t.keyed = !keys.empty();
-    if (const auto last = last_key(keys)) t.last = std::max(t.last, static_cast<FrameNumber>(std::ceil(*last)));
-}
-
 /// Opens the scene's file and returns the timeline of its animations. Throws Error.
 Timeline timeline_of(const PreviewArguments& a, const Console& console) {
     Timeline t;
@@ -79,8 +66,7 @@ void take_reference(Session::Opened& o, const Scene& images, const Console& cons
     check_edits(edits_at(o.arguments, 0), scene, *o.reference_tree, o.arguments.choice.edits_source);
     o.reference = std::make_shared<const Scene>(std::move(scene));
     o.scene.reset();
-    t.last = last_frame(t.file->end(), t.rate);
-    take_keys(t, o.arguments.choice.keys);
+    t.last_posed = last_frame(t.file->end(), t.rate);
 }
 
 /// Poses scene and cameras at a frame. The scene is that of the reference if the animation drives cameras only.
@@ -90,10 +76,10 @@ void take_frame(Session::Opened& o, FrameNumber frame) {
     const auto before = o.scene;
     o.scene = o.reference;
     o.tree = o.reference_tree;
-    t.cameras = o.reference->cameras;
+    t.own_cameras = o.reference->cameras;
     if (frame != 0 && !t.playing.empty()) {
         const double seconds = t.rate.seconds(frame);
-        t.cameras = t.file->cameras_at(seconds);
+        t.own_cameras = t.file->cameras_at(seconds);
         if (t.file->surfaces_move()) {
             Scene scene = t.file->at(seconds, o.reference->images);
             scene.environment = o.reference->environment;
@@ -102,11 +88,7 @@ void take_frame(Session::Opened& o, FrameNumber frame) {
             o.scene = std::make_shared<const Scene>(std::move(scene));
         }
     }
-    const CameraChoice& view = o.arguments.view;
-    if (const auto index = t.keyed ? choose_camera(*o.reference, view).index : std::nullopt) {
-        const EditKeys& keys = o.arguments.choice.keys;
-        t.cameras[*index] = with_keys(t.cameras[*index], keyed_camera(keys, double(frame)), std::nullopt);
-    }
+    t.take_keys(o.arguments, *o.reference);
     if (o.scene != before) o.picker = std::make_shared<const Picker>(o.scene);
 }
 
@@ -144,8 +126,8 @@ void load_pages(Session::Opened& opened, const Console& console) {
     opened.lit_elsewhere = loaded.lit_elsewhere();
     opened.picker = std::make_shared<const Picker>(opened.pages ? std::make_shared<const Scene>() : opened.scene);
     opened.timeline = {};
-    opened.timeline.cameras = opened.reference->cameras;
-    take_keys(opened.timeline, opened.arguments.choice.keys);
+    opened.timeline.own_cameras = opened.reference->cameras;
+    opened.timeline.take_keys(opened.arguments, *opened.reference);
 }
 
 }  // namespace
@@ -166,6 +148,47 @@ FrameNumber last_frame(double end, const FrameRate& rate) {
     constexpr double kMost = 1e6;
     const double frames = std::floor(end * rate.numerator / rate.denominator + kRounding);
     return static_cast<FrameNumber>(std::clamp(frames, 0.0, kMost));
+}
+
+SceneEdits edits_at(const PreviewArguments& a, FrameNumber frame) {
+    SceneEdits edits = a.choice.edits;
+    apply_keys(a.choice.keys, double(frame), edits);
+    return edits;
+}
+
+void Timeline::take_keys(const PreviewArguments& a, const Scene& scene) {
+    const EditKeys& all = a.choice.keys;
+    keyed = !all.empty();
+    last = last_posed;
+    if (const auto key = last_key(all)) last = std::max(last, static_cast<FrameNumber>(std::ceil(*key)));
+    cameras = own_cameras;
+    keys = {};
+    for (const EditTrack& track : all.tracks)
+        if (track.of == EditTrack::Of::camera && track.key == "camera")
+            for (const EditTrack::Key& key : track.keys)
+                if (!key.value.empty()) find_camera(scene, key.value, track.source);
+    edits_at(a, frame);
+    if (!all.has({EditTrack::Of::camera})) return;
+    const KeyedCamera now = keyed_camera(all, double(frame));
+    if (const auto index = choose_camera(scene, a.view).index) {
+        const std::size_t shown = now.camera ? find_camera(scene, *now.camera, "") : *index;
+        try {
+            cameras.at(*index) = halflight::with_keys(own_cameras.at(shown), now, std::nullopt);
+        } catch (const Error& error) {
+            throw Error(scene.name, "keys.camera: frame {}: {}", frame, error.reason());
+        }
+    }
+    keys = now;
+}
+
+Camera Timeline::with_keys(const CameraPose& free, const Scene& scene) const {
+    try {
+        if (keys.camera)
+            return halflight::with_keys(own_cameras.at(find_camera(scene, *keys.camera, "")), keys, std::nullopt);
+        return halflight::with_keys(camera_of(free), keys, free);
+    } catch (const Error& error) {
+        throw Error(scene.name, "keys.camera: frame {}: {}", frame, error.reason());
+    }
 }
 
 std::function<Session::Opened()> Session::starting(const PreviewArguments& arguments, const ColorConfig& colors) {
@@ -219,6 +242,14 @@ Session::Opened Session::load(const PreviewArguments& a, const ColorConfig& colo
                      : opened.picker->with_instances(moved_instances(*opened.scene, *opened.tree, a.choice.edits));
     const double ahead = orbit_distance(chosen.camera, moved, *opened.scene);
     opened.start = {a.view.pose && !chosen.index ? *a.view.pose : pose_of(chosen.camera, ahead), chosen.index};
+    if (timeline.keyed && !chosen.index) {
+        try {
+            timeline.with_keys(opened.start->pose, *opened.reference);
+        } catch (const Error& error) {  // the user can choose another frame
+            opened.warning = error.what();
+            console.warn("{}", opened.warning);
+        }
+    }
     return opened;
 }
 
@@ -292,6 +323,7 @@ std::function<Session::Opened()> Session::reloading() const {
     source->with = [a](const SavedSettings& settings) {
         PreviewArguments with = a;
         with.choice.edits = settings.edits;
+        with.choice.keys = settings.keys;
         with.choice.variant = settings.variant;
         with.choice.environment = settings.environment;
         with.choice.animation = settings.moment ? settings.moment->animation : "none";
@@ -314,7 +346,7 @@ std::vector<VersionedFile> Session::files() const {
 
 std::function<Session::Opened()> Session::posing(const std::string& animation, FrameNumber frame) const {
     if (!timeline_.file && !timeline_.keyed) throw Error(file_.string(), "has no animations");
-    return [opened = now(), animation, frame, console = console_]() mutable {
+    return [opened = now(), free = keyed_pose(), animation, frame, console = console_]() mutable {
         Timeline& timeline = opened.timeline;
         const bool other = timeline.file && animation != timeline.animation;
         if (timeline.file)
@@ -325,6 +357,7 @@ std::function<Session::Opened()> Session::posing(const std::string& animation, F
             take_reference(opened, *opened.reference, Console(LogLevel::error));
         }
         take_frame(opened, frame);
+        if (free) timeline.with_keys(*free, *opened.reference);  // throws if they define no view
         return opened;
     };
 }

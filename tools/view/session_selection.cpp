@@ -88,6 +88,12 @@ void Session::find_references(bool other_scene) {
     std::erase_if(edits.light_groups, [](const LightGroup& group) { return group.lights.empty(); });
     for (auto* const links : {&edits.light_links, &edits.shadow_links})
         std::erase_if(*links, [&](const LightLink& link) { return vanished_of_any(link.light); });
+    EditKeys keys = arguments_.choice.keys;
+    std::erase_if(keys.tracks, [&](const EditTrack& track) {
+        return (track.of == EditTrack::Of::lights && vanished(track.name)) ||
+               (track.of == EditTrack::Of::hide && vanished_of_any(track.name));
+    });
+    take_keys(std::move(keys));
     if (selection.kind == ObjectKind::light && selection.index >= references_.lights.size()) selection = {};
 }
 
@@ -119,7 +125,7 @@ void Session::find_again(const ObjectReferences& before) {
     }
 }
 
-Scene Session::edited_values() const {
+Scene Session::edited_values(const std::string& copy) const {
     Scene values;
     values.name = scene_->name;
     values.lights = scene_->lights;
@@ -134,6 +140,11 @@ Scene Session::edited_values() const {
     part.catchers.clear();
     part.ground = false;
     part.added_lights.clear();
+    if (!copy.empty())
+        std::erase_if(part.lights, [&](const NamedEdit<LightEdit>& edit) {
+            return std::ranges::find(lights(), edit.name, &PunctualLight::name) == lights().end() &&
+                   matches_pattern(edit.name, copy);
+        });
     for (const AddedLamp* lamp : lamps_in_order(now)) {
         AddedLamp& light = part.added_lights.emplace_back(*lamp);
         if (!is_area(light.kind)) continue;

@@ -7,6 +7,7 @@
 #include "api/halflight/loaded_scene.h"
 #include "api/scene/animation_choice.h"
 #include "tools/cli/settings_parts.h"
+#include "tools/view/session.h"
 
 namespace halflight::view {
 namespace {
@@ -30,7 +31,11 @@ class SceneFacts {
         Scene lit = scene_;
         if (!std::holds_alternative<std::monostate>(a.choice.environment))
             set_environment(lit, a.choice.environment, Log(), {.lit_elsewhere = true});
-        check_edits(a.choice.edits, lit, tree_, a.choice.edits_source);
+        check_edits(edits_at(a, 0), lit, tree_, a.choice.edits_source);
+        Timeline timeline;
+        timeline.frame = a.settings.frame;
+        timeline.own_cameras = scene_.cameras;
+        timeline.take_keys(a, scene_);
         with_lens(choose_camera(scene_, a.view).camera, a.settings.view.camera.lens);
     }
 

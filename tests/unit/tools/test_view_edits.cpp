@@ -430,6 +430,62 @@ TEST_F(ViewEdits, LampsAreAddedDuplicatedAndDeleted) {
     EXPECT_EQ(session.references().lights.size(), session.scene().lights.size());
 }
 
+/// A copy has the same light as its source, although the pattern of an edit matches both.
+TEST(ViewLights, CopiesDoNotTakePatternsTwice) {
+    const TemporaryFolder folder;
+    Session session(arguments_for(write_lamp(folder)), ColorConfig::load());
+    add_light_edit(session.edits, "test", "lam*=factor:0.5");
+    session.select("light:lamp");
+    session.duplicate_lamp();
+    const Scene values = session.edited_values();
+    ASSERT_EQ(values.lights.size(), 3u);
+    EXPECT_EQ(values.lights[2].intensity, values.lights[0].intensity);
+}
+
+TEST(ViewKeys, OfALampGoWithItAndComeBackWithUndo) {
+    using Of = EditTrack::Of;
+    PreviewArguments a = arguments_for(HALFLIGHT_SOURCE_DIR "/scenes/cornell.glb");
+    add_new_light(a.choice.edits, "test", "rim=kind:rectangle,position:0.5,0.5,0.5,direction:0,0,1,size:0.2,0.2");
+    a.choice.keys.tracks = {{.of = Of::lights, .name = "rim", .key = "size", .keys = {{0, "0.2,0.2"}, {10, "0.4,0.4"}}},
+                            {.of = Of::hide, .name = "light:rim", .keys = {{0, "false"}, {9, "true"}}},
+                            {.of = Of::scene, .key = "emission", .keys = {{0, "1"}, {4, "2"}}}};
+    Session session(a, ColorConfig::load());
+    session.open(session.posing("none", 5)());
+    session.select("light:rim");
+    EXPECT_NEAR(session.area_lamp(session.selection.index)->size.x, 0.3f, 1e-6f) << "the mark is where the lamp is";
+    const SavedSettings before = session.document();
+    EXPECT_TRUE(session.remove_lamp());
+    EXPECT_EQ(session.saved(kSize).keys.tracks.size(), 1u);
+    EXPECT_EQ(session.timeline().last, 4u);
+    session.restore(before);
+    EXPECT_EQ(session.saved(kSize).keys, before.keys);
+    EXPECT_EQ(session.timeline().last, 10u);
+}
+
+/// Values between valid keys can be invalid. Such a frame is an error of posing(), and the session goes on.
+TEST(ViewKeys, WithoutAValueAtAFrameAreAnErrorOfPosing) {
+    using Of = EditTrack::Of;
+    PreviewArguments a = arguments_for(HALFLIGHT_SOURCE_DIR "/scenes/cornell.glb");
+    a.view.pose = CameraPose{.from = {0, 0, 5}, .at = {0, 0, 0}};
+    const auto fails_at_5 = [&](const EditTrack& track) {
+        a.choice.keys.tracks = {track};
+        Session session(a, ColorConfig::load());
+        EXPECT_NE(error_message([&] { session.open(session.posing("none", 5)()); }), "");
+        EXPECT_EQ(session.timeline().frame, 0u);
+        session.open(session.posing("none", 4)());
+        // Keys can also become invalid at the frame that is shown.
+        SavedSettings other = session.document();
+        for (EditTrack::Key& key : other.keys.tracks[0].keys) key.frame = key.frame == 0 ? -1 : 9;
+        const auto opening = session.restore(other);
+        ASSERT_TRUE(opening);
+        EXPECT_THROW((*opening)(), Error);
+        EXPECT_NO_THROW(session.camera());
+        EXPECT_EQ(session.edits_now(), session.edits);
+    };
+    fails_at_5({.of = Of::nodes, .name = "tall block", .key = "scale", .keys = {{0, "1,1,1"}, {10, "-1,1,1"}}});
+    fails_at_5({.of = Of::camera, .key = "from", .keys = {{0, "0,0,5"}, {10, "0,0,-5"}}});
+}
+
 TEST_F(ViewEdits, HandlesAimSpotsAndSetTheirCones) {
     constexpr double kLength = 60;
     edit(add_new_light, "spot=kind:spot,position:0.5,0.9,0.5,direction:0,-1,0,inner:20,outer:30");
