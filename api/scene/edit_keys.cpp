@@ -7,6 +7,7 @@
 #include <charconv>
 #include <cmath>
 #include <glm/gtc/quaternion.hpp>
+#include <map>
 #include <tuple>
 
 #include "api/halflight/camera.h"
@@ -413,6 +414,34 @@ TrackValues track_values(const FrameEdits& frame) {
     return values;
 }
 
+/// Names of edits in the order in which they apply. A track moves its edit to the end, behind patterns that may name
+/// the same objects, even if it has the value of that edit.
+class EditOrder {
+  public:
+    explicit EditOrder(const SceneEdits& base) {
+        const auto add = [&](Of of, const auto& edits) {
+            for (const auto& edit : edits) names_[of].push_back(edit.name);
+        };
+        add(Of::lights, base.lights), add(Of::materials, base.materials), add(Of::nodes, base.nodes);
+    }
+    /// Returns whether the edit of a track is among those of the order and was not the last one. new_value: the track
+    /// changes it, or adds it.
+    bool move_last(const EditTrack& track, bool new_value) {
+        std::vector<std::string>& names = names_[track.of];
+        const auto own = std::ranges::find(names, track.name);
+        if (own == names.end()) {
+            if (new_value) names.push_back(track.name);
+            return false;
+        }
+        const bool moves = std::next(own) != names.end();
+        std::rotate(own, std::next(own), names.end());
+        return moves;
+    }
+
+  private:
+    std::map<Of, std::vector<std::string>> names_;
+};
+
 /// Returns the part of edits that tracks cannot have.
 SceneEdits unkeyed_rest(SceneEdits edits) {
     for (const SingleValue& s : kSingles)
@@ -420,6 +449,7 @@ SceneEdits unkeyed_rest(SceneEdits edits) {
     std::vector<NamedEdit<LightEdit>> profiles;
     for (const auto& light : edits.lights)
         if (!light.edit.ies.empty()) profiles.push_back({light.name, LightEdit{.ies = light.edit.ies}, ""});
+    std::ranges::stable_sort(profiles, {}, &NamedEdit<LightEdit>::name);  // edits of other values change the order
     edits.lights = std::move(profiles);
     for (AddedLamp& lamp : edits.added_lights) lamp.edit = LightEdit{.ies = lamp.edit.ies};
     edits.materials.clear(), edits.nodes.clear(), edits.hidden.clear();
@@ -430,6 +460,7 @@ SceneEdits unkeyed_rest(SceneEdits edits) {
 
 std::string values_text(const EditKeys& keys, const SceneEdits& base, double first, double last) {
     const TrackValues own = track_values({.edits = base});
+    EditOrder order(base);
     std::string text;
     for (const EditTrack& track : keys.tracks) {
         const std::string from = sample(track, first), to = sample(track, last);
@@ -440,7 +471,9 @@ std::string values_text(const EditKeys& keys, const SceneEdits& base, double fir
             inside += fmt::format(" {}={}", key.frame, key.value);
             changes = changes || key.value != from;
         }
-        if (!changes && (from.empty() || from == own.at({track.of, track.name, track.key}))) continue;
+        if (!changes && from.empty()) continue;
+        const bool new_value = changes || from != own.at({track.of, track.name, track.key});
+        if (!order.move_last(track, new_value) && !new_value) continue;
         text += fmt::format("{} {} {}: {}", name(track.of), track.name, track.key, from);
         if (changes) text += fmt::format("{}{} {}", track.step ? " step" : "", inside, to);
         text += '\n';

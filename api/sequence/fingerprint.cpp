@@ -364,10 +364,15 @@ std::string EditPrints::text(FrameNumber frame, int reach) const {
     KeyText text;
     for (int offset = -reach; offset <= reach && !keys_.empty(); ++offset) {
         const double own = static_cast<double>(frame + offset);
-        std::string values = values_text(keys_, base_, own - before_, own + after_);
-        if (before_ + after_ > 0) values += "own\n" + values_text(keys_, base_, own, own);
-        if (previous_) values += "previous\n" + values_text(keys_, base_, own - 1, own - 1);
-        text.add(edit_key(offset), fmt::format("{:016x}", hash_of(values)));
+        std::string values;
+        const auto add = [&](const char* part, double first, double last) {
+            if (const std::string more = values_text(keys_, base_, first, last); !more.empty()) values += part + more;
+        };
+        add("", own - before_, own + after_);
+        if (before_ + after_ > 0) add("own\n", own, own);
+        if (previous_) add("previous\n", own - 1, own - 1);
+        // A frame whose values are those of the edits without keys has none.
+        if (!values.empty()) text.add(edit_key(offset), fmt::format("{:016x}", hash_of(values)));
     }
     return text.text();
 }

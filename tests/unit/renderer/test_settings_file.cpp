@@ -395,6 +395,16 @@ TEST(EditKeys, OfFramesGiveBackTheirEdits) {
     }
     EXPECT_EQ(values_text(keys, base, 1, 1), values_text(keys_of({frames[0]}, base, "edit()"), base, 1, 1));
     EXPECT_NE(values_text(keys, base, 1, 1), values_text(keys, base, 2, 2));
+    const SceneEdits pattern{.lights = {{"key", {.factor = 3}}, {"*", {.factor = 7}}}};
+    const auto constant = [&](const char* name, const char* factor) {
+        return EditKeys{{{.of = EditTrack::Of::lights, .name = name, .key = "factor", .keys = {{1, factor}}}}};
+    };
+    EXPECT_EQ(values_text(constant("*", "7"), pattern, 1, 1), "");
+    EXPECT_NE(values_text(constant("key", "3"), pattern, 1, 1), "") << "it comes after the pattern now";
+    const SceneEdits alone{.lights = {{"key", {.factor = 3}}}};
+    EditKeys both = constant("*", "7");
+    both.tracks.push_back(constant("key", "3").tracks[0]);
+    EXPECT_NE(values_text(both, alone, 1, 1), values_text(constant("*", "7"), alone, 1, 1));
     frames[1].edits.light_links = {{"key", {"-floor"}}};
     expect_refusal([&] { keys_of(frames, base, "edit()"); }, "edit(): frame 2: only lights");
 }
