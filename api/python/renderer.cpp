@@ -211,14 +211,16 @@ bool same_camera(const CameraChoice& a, const CameraChoice& b) {
 /// gets the scene as it is now each time, and leaves it so.
 EditKeys keys_of_function(PyScene& s, const py::object& function, const std::vector<FrameNumber>& frames,
                           FrameNumber near) {
-    LoadedScene& scene = s.scene;
-    const SceneEdits base = scene.edits();
-    const CameraChoice camera = scene.camera_choice();
+    const SceneEdits base = s.readable().edits();
+    const CameraChoice camera = s.readable().camera_choice();
+    const bool orthographic = s.readable().chosen_camera().camera.orthographic;
     const auto restore = [&] {
-        scene.edit(base);
-        if (!same_camera(scene.camera_choice(), camera)) scene.set_camera(camera);
+        const Busy busy(s);  // the function may let other threads run
+        s.scene.edit(base);
+        if (!same_camera(s.scene.camera_choice(), camera)) s.scene.set_camera(camera);
     };
-    std::set<FrameNumber> all{scene.choice().frame_offset};  // the exposure and the pilot follow from the scene at 0 s
+    // The exposure and the pilot follow from the scene at 0 s.
+    std::set<FrameNumber> all{s.scene.choice().frame_offset};
     for (const FrameNumber frame : frames)
         for (FrameNumber n = frame - near; n <= frame + near; ++n) all.insert(n);
     std::vector<FrameEdits> edits;
@@ -226,9 +228,15 @@ EditKeys keys_of_function(PyScene& s, const py::object& function, const std::vec
         for (const FrameNumber frame : all) {
             restore();
             function(frame);
-            FrameEdits& own = edits.emplace_back(FrameEdits{frame, scene.edits(), {}});
-            const CameraChoice& now = scene.camera_choice();
+            FrameEdits& own = edits.emplace_back(FrameEdits{frame, s.readable().edits(), {}});
+            const CameraChoice& now = s.readable().camera_choice();
             if (same_camera(now, camera)) continue;
+            if (now.look_from && orthographic)
+                throw Error("edit()", "frame {}: look() is in perspective, but the camera of the scene is orthographic",
+                            frame);
+            if (!now.look_from && !now.camera)
+                throw Error("edit()", "frame {} goes back to the default camera; it needs a camera's name, or look()",
+                            frame);
             if (now.look_from)
                 own.camera = {.from = now.look_from, .at = now.look_at, .up = now.up, .vfov = now.vertical_fov};
             else
@@ -248,23 +256,25 @@ py::dict render_files(const std::shared_ptr<PyScene>& scene, const SettingTexts&
                       const std::optional<std::filesystem::path>& stats, bool overwrite,
                       const std::vector<std::string>& accept_sources, bool develop, const py::object& edit,
                       py::object function, py::object log) {
-    const RenderSettings settings = settings_of(texts, scene->scene.chosen_camera().camera);
+    const RenderSettings settings = settings_of(texts, scene->readable().chosen_camera().camera);
     struct Keys {
-        LoadedScene& scene;
+        PyScene& s;
         EditKeys before;
         ~Keys() {
             try {
-                scene.set_keys(before);
+                const Busy busy(s);
+                s.scene.set_keys(before);
             } catch (const Error&) {  // its surfaces were freed
             }
         }
-    } const keys{scene->scene, scene->scene.keys()};
+    } const keys{*scene, scene->readable().keys()};
     if (!edit.is_none()) {
         const int reach = settings.denoise_frames.value_or(has_halves(settings) ? kDenoiseFrames : 0);
         const auto open = static_cast<FrameNumber>(std::ceil(renderer.shutter.open));
         EditKeys all = keys.before;
         for (EditTrack& track : keys_of_function(*scene, edit, frames, std::max(reach, 1) + open).tracks)
             all.tracks.push_back(std::move(track));
+        const Busy busy(*scene);
         scene->scene.set_keys(std::move(all));
     }
     const Busy busy(*scene);

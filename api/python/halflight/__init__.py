@@ -480,9 +480,10 @@ def render_sequence(scene, outputs, frames, layers="all", movie=None, stats=None
       stats     path of a file to which a line of JSON is appended for each frame
       develop   renders nothing: makes other pictures from the .exr of each frame
       accept_sources  hashes of sources whose frames count as those of this program (``halflight --version``)
-      edit      called as edit(frame, scene) before the first frame is rendered, for each frame and for frames near
-                it: changes lights, materials, nodes, hidden objects, environment and camera of `scene`, which has
-                its own edits and camera at the start of each call and after the last one
+      edit      called as edit(frame, scene) before the first frame is rendered, for each frame, for frames near it
+                (also outside of ``frames``) and for the frame at 0 s: changes lights, materials, nodes, hidden
+                objects, environment and camera of `scene`, which has its own edits and camera at the start of each
+                call and after the last one
       progress  called as progress(frame, Progress); False stops the sequence
 
     Returns a dict: frames asked for, kept, made, and stopped_in, the frame in which `progress` stopped."""
