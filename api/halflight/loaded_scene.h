@@ -196,7 +196,8 @@ class LoadedScene {
     /// Poses scene() at a time, with the edits of that time. Cameras are returned by camera(). Throws Error for an
     /// invalid pose, and if an edit does not suit the pose; scene() then needs another pose.
     void pose(double seconds);
-    /// Returns the scene at another time, without an environment. Needs surfaces_move(). Throws Error like pose().
+    /// Returns the scene at another time, with all lights, but without the picture of an environment. Needs
+    /// surfaces_move(). Throws Error like pose().
     Scene posed(double seconds);
     /// Frees the contents of meshes and images, whose memory large scenes need after their upload. Renderers that have
     /// uploaded the scene go on; other renderers, pictures after edits and set_camera() throw Error. Precondition: not

@@ -56,6 +56,27 @@ GltfOptions gltf_options(const SceneChoice& choice) {
     return options;
 }
 
+namespace {
+
+std::set<double> key_frames(const EditKeys& keys) {
+    std::set<double> frames;
+    for (const EditTrack& track : keys.tracks)
+        for (const EditTrack::Key& key : track.keys) frames.insert(key.frame);
+    return frames;
+}
+
+/// Returns whether edits change surfaces, by themselves or at a key.
+bool change_surfaces_ever(const SceneChoice& choice) {
+    const auto at_key = [&](double frame) {
+        SceneEdits edits = choice.edits;
+        apply_keys(choice.keys, frame, edits);
+        return change_surfaces(edits);
+    };
+    return change_surfaces(choice.edits) || std::ranges::any_of(key_frames(choice.keys), at_key);
+}
+
+}  // namespace
+
 void load_whole_or_paged(const SceneChoice& choice, const std::function<void()>& whole,
                          const std::function<void()>& paged) {
     const bool list = is_part_list(choice.scene);
@@ -64,8 +85,7 @@ void load_whole_or_paged(const SceneChoice& choice, const std::function<void()>&
     try {
         whole();
     } catch (const BudgetError&) {
-        if (choice.in_memory || !choice.variant.empty() || choice.line_width > 0 || change_surfaces(choice.edits))
-            throw;
+        if (choice.in_memory || !choice.variant.empty() || choice.line_width > 0 || change_surfaces_ever(choice)) throw;
         paged();
     }
 }
@@ -295,13 +315,16 @@ bool change_scene(const EditKeys& keys) {
     return keys.has({scene, environment, lights, materials, nodes, hide});
 }
 
+/// Returns how far the frame of a time may be rounded, frames.
+double rounding_of(double frame) {
+    return 1e-9 * std::max(1.0, std::abs(frame));
+}
+
 }  // namespace
 
 double LoadedScene::frame_at(double seconds) const {
-    constexpr double kRounding = 1e-9;  // of times, frames
     const double frame = seconds * frame_rate_.numerator / frame_rate_.denominator, whole = std::round(frame);
-    return choice_.frame_offset +
-           (std::abs(frame - whole) < kRounding * std::max(1.0, std::abs(frame)) ? whole : frame);
+    return choice_.frame_offset + (std::abs(frame - whole) < rounding_of(frame) ? whole : frame);
 }
 
 bool LoadedScene::same_environment(FrameNumber a, FrameNumber b) const {
@@ -331,7 +354,8 @@ void LoadedScene::mark_moved(Scene& scene, const SceneTree& tree) const {
 void LoadedScene::take_keys() {
     surfaces_move_ = file_moves_ || change_scene(choice_.keys);
     size_.moves = surfaces_move_;
-    if (!pages_) mark_moved(scene_, tree_);
+    if (!pages_) return mark_moved(scene_, tree_);
+    for (const double frame : key_frames(choice_.keys)) check_pages(edits_at(time_of(frame)));
 }
 
 void LoadedScene::check_pages(const SceneEdits& edits) const {
@@ -350,10 +374,10 @@ void LoadedScene::set_keys(EditKeys keys) {
         take_keys();
         keep_unedited();
         unedited_->instances = scene_.instances;
-        if (file_moves_)
-            pose(0);
-        else
-            posed_at_ = 0, apply_edits();
+        if (file_moves_) pose(0);  // of the file; it leaves the environment, which may be without edits now
+        restore_unedited();
+        posed_at_ = 0;
+        apply_edits();
     };
     check_surfaces();
     EditKeys earlier = choice_.keys;
@@ -454,6 +478,24 @@ void LoadedScene::choose(const rays::LazyProbe* probe) {
     framed_ = transform_revision_;
 }
 
+namespace {
+
+/// Empties a value during its lifetime.
+template <class T>
+class Aside {
+  public:
+    explicit Aside(T& value) : value_(value), kept_(std::exchange(value, {})) {}
+    Aside(const Aside&) = delete;
+    Aside& operator=(const Aside&) = delete;
+    ~Aside() { value_ = std::move(kept_); }
+
+  private:
+    T& value_;
+    T kept_;
+};
+
+}  // namespace
+
 void LoadedScene::frame_for(double aspect) {
     const CameraChoice& c = camera_choice_;
     const double now = c.aspect > 0 ? c.aspect : kUsualAspect;
@@ -474,17 +516,18 @@ void LoadedScene::frame_motion() {
         return;
     const WorldBounds first = world_bounds(scene_);
     WorldBounds all = first;
-    EditKeys keys = std::exchange(choice_.keys, {});
-    for (int i = 1; i <= kPoses; ++i) {
-        try {
-            pose(file_->end() * i / kPoses);
-        } catch (const Error&) {
-            continue;  // a frame that cannot be made need not be framed
+    {
+        const Aside keys(choice_.keys);
+        for (int i = 1; i <= kPoses; ++i) {
+            try {
+                pose(file_->end() * i / kPoses);
+            } catch (const Error&) {
+                continue;  // a frame that cannot be made need not be framed
+            }
+            const WorldBounds now = world_bounds(scene_);
+            all = {glm::min(all.lower, now.lower), glm::max(all.upper, now.upper)};
         }
-        const WorldBounds now = world_bounds(scene_);
-        all = {glm::min(all.lower, now.lower), glm::max(all.upper, now.upper)};
     }
-    choice_.keys = std::move(keys);
     pose(0);
     if (all.empty() || (all.lower == first.lower && all.upper == first.upper)) return;
     const double aspect = camera_choice_.aspect > 0 ? camera_choice_.aspect : kUsualAspect;
@@ -563,7 +606,7 @@ void LoadedScene::check_surfaces() const {
 }
 
 void LoadedScene::deform_by(Deformer* deformer) {
-    if (deformer == deformer_) return;
+    if (!file_ || deformer == deformer_) return;  // edits alone deform nothing
     deformer_ = deformer;
     file_->gltf().deform_by(deformer);
     posed_at_.reset();
@@ -577,15 +620,15 @@ Scene LoadedScene::posed(double seconds) {
         posed.lights.insert(posed.lights.end(), suns_.begin(), suns_.end());  // edits may name them
         mark_moved(posed, file_->tree_at(seconds));
     } else {
-        Environment own = std::exchange(scene_.environment, {});
-        posed = scene_;
-        scene_.environment = std::move(own);
+        {
+            const Aside environment(scene_.environment);
+            posed = scene_;
+        }
         remove_added(posed);
         unedited_->give_surfaces(posed);
     }
     apply(edits_at(seconds), posed, file_moves_ ? file_->tree_at(seconds) : tree_, choice_.edits_source);
     if (separate_) set_light_groups(*separate_, posed);
-    std::erase_if(posed.lights, &PunctualLight::of_environment);
     return posed;
 }
 
@@ -631,16 +674,19 @@ std::optional<double> LoadedScene::animation_end() {
 
 std::pair<double, double> LoadedScene::shot(double seconds) {
     constexpr double kEver = std::numeric_limits<double>::infinity();
-    std::set<float> cuts;  // keys are compared as floats (keyframes.h)
-    for (const double frame : camera_cuts(choice_.keys)) cuts.insert(static_cast<float>(time_of(frame)));
-    if (camera_.index && !playing_.empty())
-        for (const float cut : file_->camera_cuts(*camera_.index)) cuts.insert(cut);
     std::pair<double, double> shot{-kEver, kEver};
-    const float own = static_cast<float>(seconds);
-    for (const float cut : cuts) {
-        if (own < cut) return {shot.first, double{std::nextafter(cut, own)}};
-        shot.first = double{cut};
+    const auto cut = [&](bool later, double last, double first) {
+        later ? shot.second = std::min(shot.second, last) : shot.first = std::max(shot.first, first);
+    };
+    const double frame = frame_at(seconds);
+    for (const double key : camera_cuts(choice_.keys)) {
+        const double away = 2 * rounding_of(key - choice_.frame_offset), first = time_of(key);
+        cut(frame < key, time_of(key - away), frame_at(first) < key ? time_of(key + away) : first);
     }
+    if (!camera_.index || playing_.empty()) return shot;
+    const float own = static_cast<float>(seconds);  // keys of files are compared as floats (keyframes.h)
+    for (const float key : file_->camera_cuts(*camera_.index))
+        cut(own < key, double{std::nextafter(key, own)}, double{key});
     return shot;
 }
 

@@ -32,6 +32,18 @@ std::optional<Scene> pose_of(LoadedScene& scene, FrameNumber frame) {
     }
 }
 
+/// Returns, per material that emits, how many triangles of instances have it.
+std::vector<std::size_t> emitters(const Scene& scene) {
+    std::vector<std::size_t> shown(scene.meshes.size()), triangles(scene.materials.size());
+    for (const Instance& instance : scene.instances) ++shown[static_cast<std::size_t>(instance.mesh)];
+    for (std::size_t mesh = 0; mesh < shown.size(); ++mesh) {
+        if (shown[mesh] == 0) continue;
+        for (const std::uint32_t material : scene.meshes[mesh].triangle_material)
+            if (has_emission(scene.materials[material])) triangles[material] += shown[mesh];
+    }
+    return triangles;
+}
+
 /// Returns whether lights and materials emit alike in two poses. If they do not, the light of one frame is wrong in the
 /// other, however well its surfaces match.
 bool emit_alike(const Scene& a, const Scene& b) {
@@ -39,18 +51,14 @@ bool emit_alike(const Scene& a, const Scene& b) {
     const auto alike = [](const vec3& x, const vec3& y) {
         return glm::all(glm::lessThanEqual(glm::abs(x - y), kMost * glm::max(glm::abs(x), glm::abs(y))));
     };
-    // LoadedScene::posed() has no lights of the environment (LoadedScene::same_environment()).
-    const auto of_file = [](const Scene& scene) {
-        std::vector<PunctualLight> lights = scene.lights;
-        std::erase_if(lights, &PunctualLight::of_environment);
-        return lights;
-    };
     const auto same_lamp = [&](const PunctualLight& x, const PunctualLight& y) {
         return alike(x.intensity, y.intensity) &&
                alike(vec3(x.inner_cone, x.outer_cone, 0), vec3(y.inner_cone, y.outer_cone, 0));
     };
-    return std::ranges::equal(of_file(a), of_file(b), same_lamp) &&
-           std::ranges::equal(a.materials, b.materials, alike, &Material::emission, &Material::emission);
+    return std::ranges::equal(a.lights, b.lights, same_lamp) &&
+           std::ranges::equal(a.materials, b.materials, alike, &Material::emission, &Material::emission) &&
+           (std::ranges::equal(a.instances, b.instances, {}, &Instance::mesh, &Instance::mesh) ||
+            emitters(a) == emitters(b));
 }
 
 /// Waits a moment for frames of other processes.

@@ -131,6 +131,20 @@ TEST_F(Edits, KeysOverFramesBlurAndDenoiseLikeAnimations) {
     EXPECT_EQ(read_text(file("k.12.exr")), direct);
 }
 
+/// The denoiser uses frame 0 for frame 1, and not frame 2, which has other light.
+TEST_F(Edits, KeyedLightPartsFramesOfTheDenoiser) {
+    const std::pair<const char*, const char*> cases[] = {
+        {"--sky 40,20", R"("lights": {"sun": {"intensity": {"1": 1, "2": 0}}})"},
+        {"--env 1,1,1", R"("hide": {"mesh:lamp": {"1": false, "2": true}})"}};
+    for (const auto& [options, keys] : cases) {
+        const std::string keyed = settings(fmt::format(R"("keys": {{{}}})", keys));
+        done(words("render", scene, file("a.#.exr"), options, "--width 16 --height 12 --samples 2 --frames 1 --denoise",
+                   "--denoise-frames 1 --overwrite --quiet --stats", file("stats.json"), "--settings", keyed));
+        const auto stats = json_lines(read_text(file("stats.json")));
+        EXPECT_EQ(stats.back()["denoise_neighbours"]["frames"], 1) << keys;
+    }
+}
+
 TEST_F(Edits, UnusableEditsAreOneLine) {
     const std::string missing = settings(R"("nodes": {"crate": {"scale": 2}})");
     for (const auto& [options, element] :

@@ -557,6 +557,41 @@ TEST(NodeEdits, FollowAnimationsOfALoadedScene) {
     EXPECT_EQ(position(), later);
 }
 
+TEST(EditKeys, LeaveOtherEditsOfAnAnimatedScene) {
+    const TemporaryFolder folder;
+    SceneChoice choice{.scene = test::write_fading_scene(folder.path, 8, 2),
+                       .environment = vec3(1),
+                       .edits = {.environment_intensity = 0.5f},
+                       .animation = "all"};
+    LoadedScene scene(choice);
+    choice.keys.tracks = {{.of = EditTrack::Of::lights, .name = "0", .key = "factor", .keys = {{0, "3"}, {24, "5"}}}};
+    scene.set_keys(choice.keys);
+    const LoadedScene loaded(choice);
+    EXPECT_EQ(scene.scene().environment.color, vec3(0.5f));
+    EXPECT_EQ(loaded.scene().environment.color, vec3(0.5f));
+    EXPECT_EQ(scene.scene().lights.at(0).intensity, loaded.scene().lights.at(0).intensity);
+    scene.pose(1);
+    scene.set_keys({});
+    EXPECT_EQ(scene.scene().environment.color, vec3(0.5f));
+}
+
+TEST(EditKeys, ThatCutEndAShotAtTheirFrames) {
+    const TemporaryFolder folder;
+    SceneChoice choice{.scene = test::copy_room(folder.path, true)};
+    choice.keys.tracks = {{.of = EditTrack::Of::camera,
+                           .key = "from",
+                           .keys = {{0, "0,1,3"}, {5, "0,1,4"}, {6.3, "0,1,5"}, {7, "0,1,6"}, {1000, "0,1,7"}},
+                           .step = true}};
+    LoadedScene scene(choice);
+    const auto place = [&](double seconds) { return dvec3(scene.camera(seconds).camera.camera_to_world[3]); };
+    for (const double frame : {4.0, 5.0, 6.0, 6.5, 7.0, 999.0, 1000.0}) {
+        const double own = scene.time_of(frame);
+        const auto [first, last] = scene.shot(own);
+        for (const double frames : {-2000.0, -1.0, -0.25, 0.25, 1.0, 2000.0})
+            EXPECT_EQ(place(std::clamp(scene.time_of(frame + frames), first, last)), place(own)) << frame << frames;
+    }
+}
+
 /// The ground lies below the rest pose, moves with nothing, and is not framed.
 TEST(NodeEdits, AGroundLiesBelowTheScene) {
     const TemporaryFolder folder;
