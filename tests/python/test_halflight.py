@@ -182,7 +182,7 @@ class Pictures(InFolder):
         again = hl.render_sequence(hl.load(CORNELL), self.folder / "a.##.exr", "1-3", edit=other, overwrite=True,
                                    **arguments)
         self.assertEqual((again["kept"], again["made"]), (2, 1))
-        self.assertRaisesRegex(hl.Error, "edit\\(\\): frame 0: only lights", hl.render_sequence, scene,
+        self.assertRaisesRegex(hl.Error, "edit\\(\\): frame 1: only lights", hl.render_sequence, scene,
                                self.folder / "c.##.exr", "1",
                                edit=lambda frame, edited: edited.set_clay(frame > 0), **arguments)
 
