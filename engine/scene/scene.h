@@ -47,7 +47,7 @@ struct Instance {
     LightLinks links{};           // links of the emitted light, beside those of the material
     std::uint8_t link_class = 0;  // < kMostLinkClasses: objects of one class are in the same links
     bool catcher = false;  // true: shadow catcher, which the camera sees only by the shadows of other objects on it
-    bool added = false;    // true: ground that an edit adds; it does not count in world_bounds()
+    bool added = false;    // true: a ground or lamp of an edit; it does not count in world_bounds()
 };
 
 // --- Lights and cameras ----------------------------------------------------------------------------------------------
