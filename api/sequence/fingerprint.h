@@ -23,7 +23,7 @@ namespace halflight {
 /// for a file that can no longer be read, or has changed since it was loaded.
 std::string sums_fingerprint(const LoadedScene& scene, const RenderSettings& settings, const Shutter& shutter);
 
-/// What edits over frames add to the fingerprint of a frame: a key for the frame itself, and one for each frame near it
+/// Part of the fingerprint of a frame that edits over frames add: a key for the frame itself, and one for each near it
 /// that the denoiser uses. Frames whose values did not change keep their fingerprints.
 class EditPrints {
   public:

@@ -9,7 +9,7 @@
 
 namespace halflight::view {
 
-/// What a handle of a light changes.
+/// Property of a light that a handle changes.
 enum class LightHandle { aim, inner, outer, width, height };
 
 /// Place and shape of the selected light when a drag begins.
